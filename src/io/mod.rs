@@ -1,0 +1,3 @@
+//! Readers and writers, one file per format.
+
+pub mod text;

@@ -1,0 +1,16 @@
+//! Knotmesh turns a deformed *stitch mesh* (a polygon mesh whose faces are knit stitches) into
+//! physically plausible yarn.
+//!
+//! Data flows one way: files -> [`mesh`] + [`template`] -> [`scene`] (compiled once) -> positions of
+//! each frame -> [`backend`] -> control points -> [`curve`] -> writers in [`io`].
+#![deny(missing_docs)]
+
+pub mod error;
+pub mod ids;
+pub mod io;
+pub mod math;
+pub mod mesh;
+pub mod template;
+pub mod yarn;
+
+pub use error::{Error, Result};

@@ -1,0 +1,2 @@
+//! The `knotmesh` command.
+fn main() {}

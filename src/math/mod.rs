@@ -1,0 +1,1 @@
+//! Scalars and small vectors of the kernels.
