@@ -3,6 +3,8 @@
 //! Template space: (u, v) in the face plane, u along the course, v along the wale, z out of the front
 //! face. The unit is one course spacing: the face of a plain knit is 1 wide.
 
+pub mod derive;
+
 use glam::DVec2;
 
 /// A knot: where two yarns cross twice (Huang et al. 2025, eq. 1). Contacts lie at
