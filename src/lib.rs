@@ -5,11 +5,16 @@
 //! each frame -> [`backend`] -> control points -> [`curve`] -> writers in [`io`].
 #![deny(missing_docs)]
 
+pub mod backend;
+pub mod curve;
 pub mod error;
 pub mod ids;
 pub mod io;
+pub mod knot;
 pub mod math;
+pub mod measure;
 pub mod mesh;
+pub mod scene;
 pub mod template;
 pub mod yarn;
 

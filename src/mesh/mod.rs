@@ -1,5 +1,7 @@
 //! Stitch meshes: polygons whose faces are stitches, and how their edges are joined.
 
+pub mod corners;
+
 use crate::ids::{FaceId, TypeId, VertexId};
 use glam::DVec3;
 

@@ -3,7 +3,17 @@
 //! Template space: (u, v) in the face plane, u along the course, v along the wale, z out of the front
 //! face. The unit is one course spacing: the face of a plain knit is 1 wide.
 
+pub mod check;
+pub mod coordinates;
 pub mod derive;
+mod embedded;
+pub mod find_knots;
+pub mod json;
+pub mod library;
+pub mod transform;
+
+pub use coordinates::Coordinates;
+pub use library::TemplateLibrary;
 
 use glam::DVec2;
 
@@ -88,5 +98,24 @@ impl Template {
     /// Name and labels joined by single spaces.
     pub fn key(&self) -> String {
         std::iter::once(&self.name).chain(&self.labels).map(String::as_str).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Where a point lies at rest, in the plane, template units.
+    pub fn place(&self, place: Place) -> DVec2 {
+        match place {
+            Place::Boundary { edge, along } => {
+                let n = self.corners.len();
+                self.corners[edge as usize % n].lerp(self.corners[(edge as usize + 1) % n], along)
+            }
+            Place::Contact { knot, sign } => {
+                let knot = &self.knots[knot as usize];
+                knot.center + knot.direction * (sign * knot.half_length)
+            }
+            Place::Control { knot, sign } => {
+                let knot = &self.knots[knot as usize];
+                knot.center - knot.direction.perp() * (sign * self.yarn_radius)
+            }
+            Place::Free { at } => at,
+        }
     }
 }

@@ -1,0 +1,388 @@
+//! `knotmesh relax`: a stitch mesh in, relaxed yarn out.
+
+use super::inputs::{self, Rename};
+use super::report::{FrameReport, Inputs, Report, Seconds};
+use super::{Console, Ending};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
+use knotmesh::curve::{CurveExtras, FrameCurves};
+use knotmesh::ids::FaceId;
+use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_writer};
+use knotmesh::io::frames::{Frames, parse_range};
+use knotmesh::io::result::ResultWriter;
+use knotmesh::knot::{Settings, Solver, Start, Status};
+use knotmesh::math::Real;
+use knotmesh::measure::misfit::misfit;
+use knotmesh::mesh::StitchMesh;
+use knotmesh::mesh::corners::gaps;
+use knotmesh::scene::{Mode, Scene, SceneOptions};
+use knotmesh::template::Coordinates;
+use knotmesh::{Error, Result};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The stitch mesh: .smobj, or .obj with stitches named by material or group.
+    pub mesh: PathBuf,
+    /// Template libraries (.json, .sf, or directories of them) on top of the embedded one; the last
+    /// definition of a key wins.
+    #[arg(long, value_name = "FILE|DIR")]
+    pub templates: Vec<PathBuf>,
+    /// Vertex positions over time: .npy [frame, vertex, 3], or OBJ files by a (quoted) glob pattern. Without
+    /// it, the mesh's own positions are the one frame.
+    #[arg(long, value_name = "FRAMES")]
+    pub frames: Option<String>,
+    /// Which frames: A:B (B not included), either side may be left out; negative numbers count from the end.
+    #[arg(long, value_name = "A:B", requires = "frames", allow_hyphen_values = true)]
+    pub frame_range: Option<String>,
+    /// relax solves for the yarn, knots interpolates knots and carries them rigidly, embed interpolates
+    /// every point.
+    #[arg(long, value_enum, default_value = "relax")]
+    pub mode: ModeName,
+    /// safeguarded never raises the energy; gauss-newton is the plain iteration of Huang et al. 2025.
+    #[arg(long, value_enum, default_value = "safeguarded")]
+    pub solver: SolverName,
+    /// Where each solve starts: the template deformed with the face, or the previous frame.
+    #[arg(long, value_enum, default_value = "affine")]
+    pub start: StartName,
+    /// Steps of the solve.
+    #[arg(long, default_value_t = 3)]
+    pub iterations: u32,
+    /// f64 is the reference.
+    #[arg(long, value_enum, default_value = "f32")]
+    pub precision: Precision,
+    /// A mesh with the same vertices whose positions are the rest shape (for the gauge).
+    #[arg(long, value_name = "MESH")]
+    pub rest: Option<PathBuf>,
+    /// Rename stitches: a full key or a bare name on either side.
+    #[arg(long = "map", value_name = "OLDKEY=KEY")]
+    pub map: Vec<Rename>,
+    /// Knot spacing: 1 plain interpolation, 0 loops as wide as at rest.
+    #[arg(long, default_value_t = 1.0)]
+    pub beta: f64,
+    /// Weight of angles in the energy.
+    #[arg(long, default_value_t = 1.0)]
+    pub weight_angle: f64,
+    /// Weight of lengths in the energy.
+    #[arg(long, default_value_t = 100.0)]
+    pub weight_length: f64,
+    /// World units per course spacing; measured from the rest mesh if not given.
+    #[arg(long)]
+    pub gauge: Option<f64>,
+    /// Extra curve points per segment; 0 writes control points (.bcc and .usda, whose splines are uniform,
+    /// get at least 4).
+    #[arg(long, default_value_t = 4)]
+    pub subdivide: usize,
+    /// Threads; 0 takes one per core.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// mean-value joins corners across faces; wachspress treats each face on its own, as smobj-to-yarns does.
+    #[arg(long, value_enum, default_value = "mean-value")]
+    pub coordinates: CoordinatesName,
+    /// Leave out faces whose stitch the library lacks.
+    #[arg(long)]
+    pub skip_unknown: bool,
+    /// Exit 0 even if faces fell back to interpolation.
+    #[arg(long)]
+    pub allow_degenerate: bool,
+    /// Write counts, statuses, times and error measures as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// Result files by extension: .yarns, .bcc, .obj, .npz, .usda, .txt (Mitsuba), .pbrt. Several frames into
+    /// a format without time become numbered files (out.%04d.bcc).
+    #[arg(short, long = "output", value_name = "OUT", required = true)]
+    pub outputs: Vec<PathBuf>,
+}
+
+macro_rules! names {
+    ($(#[$doc:meta])* $name:ident -> $target:ty { $($variant:ident => $value:expr),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, clap::ValueEnum)]
+        pub enum $name { $($variant),* }
+        impl From<$name> for $target {
+            fn from(name: $name) -> Self {
+                match name { $($name::$variant => $value),* }
+            }
+        }
+    };
+}
+names!(ModeName -> Mode { Relax => Mode::Relax, Knots => Mode::Knots, Embed => Mode::Embed });
+names!(SolverName -> Solver { Safeguarded => Solver::Safeguarded, GaussNewton => Solver::GaussNewton });
+names!(StartName -> Start { Affine => Start::Affine, Previous => Start::Previous });
+names!(CoordinatesName -> Coordinates { MeanValue => Coordinates::MeanValue, Wachspress => Coordinates::Wachspress });
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+pub enum Precision {
+    F32,
+    F64,
+}
+
+/// Relaxes.
+pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
+    for output in &arguments.outputs {
+        CurveFormat::from_path(output)?;
+    }
+    if arguments.subdivide > 1000 || arguments.iterations > 100_000 {
+        return Err(Error::invalid("--subdivide goes to 1000 and --iterations to 100000"));
+    }
+    let began = Instant::now();
+    let library = inputs::library(&arguments.templates)?;
+    let mesh = inputs::mesh(&arguments.mesh, &library, &arguments.map)?;
+    let rest = match &arguments.rest {
+        Some(path) => Some(inputs::mesh(path, &library, &arguments.map)?.positions),
+        None => None,
+    };
+    let parse = began.elapsed();
+    warn_of_mesh(&mesh, console);
+
+    let began_compile = Instant::now();
+    let options = SceneOptions {
+        mode: arguments.mode.into(),
+        coordinates: arguments.coordinates.into(),
+        skip_unknown: arguments.skip_unknown,
+        gauge: arguments.gauge,
+        rest,
+    };
+    let scene = Arc::new(Scene::compile(&mesh, &library, options)?);
+    let extras = CurveExtras::new(&mesh, &scene);
+    let misfit = misfit(&scene, scene.rest.as_deref().unwrap_or(&mesh.positions));
+    if let Some(warning) = misfit.warning(&scene, |f| mesh.face_type(f).key()) {
+        console.warn(warning);
+    }
+    if scene.skipped_faces() > 0 {
+        console.warn(format_args!(
+            "{} of {} faces left out: the library lacks their stitches",
+            scene.skipped_faces(),
+            mesh.face_count()
+        ));
+    }
+    console.say(format_args!(
+        "{} faces, {} knots, {} yarns, {} control points; gauge {:.6}, yarn radius {:.6}",
+        mesh.face_count(),
+        scene.knot_count,
+        scene.yarns.len(),
+        scene.yarns.slots.len(),
+        scene.gauge,
+        scene.gauge * scene.yarn_radius
+    ));
+    let inputs = Inputs::new(arguments, &mesh, &scene, misfit);
+    // The mesh's topology lives on in the scene; only positions are needed from here.
+    let own_positions = mesh.positions;
+    let seconds = Seconds {
+        parse: parse.as_secs_f64(),
+        compile: began_compile.elapsed().as_secs_f64(),
+        ..Seconds::default()
+    };
+    let job = Job { arguments, console, scene, extras, inputs, seconds, began };
+    match arguments.precision {
+        Precision::F32 => job.frames::<f32>(own_positions),
+        Precision::F64 => job.frames::<f64>(own_positions),
+    }
+}
+
+fn warn_of_mesh(mesh: &StitchMesh, console: Console) {
+    let (apart, greatest) = gaps(mesh);
+    if apart > 0 {
+        console.warn(format_args!(
+            "{apart} of {} joined edges do not coincide, they lie up to {greatest:.6} apart; yarns are joined all \
+             the same",
+            mesh.joins.len()
+        ));
+    }
+    for (kind, count) in &mesh.ignored {
+        console.say(format_args!("{count} '{kind}' lines ignored"));
+    }
+}
+
+struct Job<'a> {
+    arguments: &'a Arguments,
+    console: Console,
+    scene: Arc<Scene>,
+    extras: CurveExtras,
+    inputs: Inputs,
+    seconds: Seconds,
+    began: Instant,
+}
+
+/// One output file, or one file a frame.
+struct Sink {
+    writer: Writer,
+    subdivide: usize,
+    extras: CurveExtras,
+}
+
+enum Writer {
+    Curves(Box<dyn FrameWriter>),
+    Result(Box<ResultWriter>),
+}
+
+impl Job<'_> {
+    fn frames<T: Real<Mask = bool>>(mut self, own_positions: Vec<glam::DVec3>) -> Result<Ending> {
+        let arguments = self.arguments;
+        let settings = Settings {
+            solver: arguments.solver.into(),
+            start: arguments.start.into(),
+            iterations: arguments.iterations,
+            beta: arguments.beta,
+            weight_angle: arguments.weight_angle,
+            weight_length: arguments.weight_length,
+        };
+        let mut backend = CpuBackend::<T>::new(self.scene.clone(), &settings, arguments.threads)?;
+        let mut source = match &arguments.frames {
+            Some(pattern) => Some(Frames::open(pattern, self.scene.vertex_count)?),
+            None => None,
+        };
+        let count = source.as_ref().map_or(1, Frames::len);
+        let range = match &arguments.frame_range {
+            Some(text) => parse_range(text, count)?,
+            None => 0..count,
+        };
+        if range.is_empty() {
+            return Err(Error::invalid("the frame source holds no frames: nothing to do"));
+        }
+
+        let mut sinks: Vec<Sink> = Vec::new();
+        let mut positions = own_positions;
+        let mut output = FrameOutput::default();
+        let mut reports = Vec::new();
+        let mut fell_back = Vec::new();
+        let progress = Progress::new(range.len(), self.console.quiet);
+        for (done, frame) in range.clone().enumerate() {
+            if let Some(source) = &mut source {
+                timed(&mut self.seconds.read_frames, || source.read(frame, &mut positions))?;
+            }
+            timed(&mut self.seconds.solve, || backend.frame(&positions, &mut output))?;
+            if sinks.is_empty() {
+                sinks = self.open_sinks(&output, range.len())?;
+            }
+            for sink in &mut sinks {
+                timed(&mut self.seconds.write, || sink.frame(&self.scene, frame, &output))?;
+            }
+            let faces = fallen_faces(&self.scene, &output);
+            if arguments.report.is_some() {
+                let began = Instant::now();
+                reports.push(FrameReport::new(&self.scene, frame, &output, &faces)?);
+                self.seconds.measure += began.elapsed().as_secs_f64();
+            }
+            if !faces.is_empty() {
+                fell_back.push((frame, faces));
+            }
+            progress.update(done + 1);
+        }
+        let mut files = Vec::new();
+        for sink in sinks {
+            timed(&mut self.seconds.write, || {
+                files.extend(match sink.writer {
+                    Writer::Curves(writer) => writer.finish()?,
+                    Writer::Result(writer) => vec![writer.finish()?],
+                });
+                Ok(())
+            })?;
+        }
+        progress.finish();
+        for file in &files {
+            self.console.say(format_args!("wrote {}", file.display()));
+        }
+        self.name_fallen(&fell_back);
+        if let Some(path) = &arguments.report {
+            self.seconds.total = self.began.elapsed().as_secs_f64();
+            Report { inputs: self.inputs, frames: reports, files, seconds: self.seconds }.write(path)?;
+        }
+        Ok(if fell_back.is_empty() || arguments.allow_degenerate { Ending::Done } else { Ending::FellBack })
+    }
+
+    fn open_sinks<T: Real>(&self, output: &FrameOutput<T>, frame_count: usize) -> Result<Vec<Sink>> {
+        self.arguments
+            .outputs
+            .iter()
+            .map(|path| {
+                let format = CurveFormat::from_path(path)?;
+                // Uniform splines overshoot between unevenly spaced control points; samples do not.
+                let least = if format.is_uniform_spline() { 4 } else { 0 };
+                let subdivide = self.arguments.subdivide.max(least);
+                let writer = if format == CurveFormat::Npz {
+                    Writer::Result(Box::new(ResultWriter::create(path, &self.scene, output, subdivide, frame_count)?))
+                } else {
+                    Writer::Curves(open_frame_writer(path, frame_count, &WriteOptions::default())?)
+                };
+                Ok(Sink { writer, subdivide, extras: self.extras.subdivided(&self.scene, subdivide) })
+            })
+            .collect()
+    }
+
+    /// Names the faces that fell back, a few of each frame.
+    fn name_fallen(&self, fell_back: &[(usize, Vec<FaceId>)]) {
+        const NAMED: usize = 10;
+        for (frame, faces) in fell_back.iter().take(NAMED) {
+            let names: Vec<String> = faces.iter().take(NAMED).map(|f| (f.0 + 1).to_string()).collect();
+            let more = if faces.len() > NAMED { ", ..." } else { "" };
+            self.console.warn(format_args!(
+                "frame {frame}: {} faces have no frame and were interpolated: {}{more} (counted from 1)",
+                faces.len(),
+                names.join(", ")
+            ));
+        }
+        if fell_back.len() > NAMED {
+            self.console.warn(format_args!("and so in {} more frames", fell_back.len() - NAMED));
+        }
+    }
+}
+
+impl Sink {
+    fn frame<T: Real>(&mut self, scene: &Scene, frame: usize, output: &FrameOutput<T>) -> Result<()> {
+        let curves = FrameCurves::new(scene, output, self.subdivide, Some(&self.extras));
+        match &mut self.writer {
+            Writer::Curves(writer) => writer.frame(frame, &curves),
+            Writer::Result(writer) => writer.frame(scene, output, &curves),
+        }
+    }
+}
+
+fn fallen_faces<T: Real>(scene: &Scene, output: &FrameOutput<T>) -> Vec<FaceId> {
+    let mut faces: Vec<FaceId> = scene
+        .batches
+        .iter()
+        .flat_map(|b| b.faces.iter().zip(&output.faces[b.first_face..]))
+        .filter(|(_, result)| result.status == Status::FellBack)
+        .map(|(face, _)| *face)
+        .collect();
+    faces.sort_unstable();
+    faces
+}
+
+fn timed<R>(seconds: &mut f64, work: impl FnOnce() -> Result<R>) -> Result<R> {
+    let began = Instant::now();
+    let result = work();
+    *seconds += began.elapsed().as_secs_f64();
+    result
+}
+
+/// A bar on a terminal, for anything over a second.
+struct Progress {
+    bar: ProgressBar,
+    began: Instant,
+    quiet: bool,
+}
+
+impl Progress {
+    fn new(frames: usize, quiet: bool) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(frames as u64), ProgressDrawTarget::hidden());
+        let style = ProgressStyle::with_template("{bar:40} frame {pos}/{len} {eta} left").expect("a valid template");
+        bar.set_style(style);
+        Self { bar, began: Instant::now(), quiet }
+    }
+
+    fn update(&self, done: usize) {
+        if !self.quiet && self.bar.is_hidden() && self.began.elapsed() > Duration::from_secs(1) {
+            // Draws nothing unless standard error is a terminal.
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        self.bar.set_position(done as u64);
+    }
+
+    fn finish(self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,180 @@
+//! Stage 4: the per-stitch solve (Huang et al. 2025, section 5.2; model section 5).
+
+use super::energy::{Points, Weights};
+use super::factor;
+use super::start::KnotState;
+use crate::math::{Real, V2};
+use crate::scene::Stencil;
+
+/// How the energy is minimised.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Solver {
+    /// Damped steps that never raise the energy, half-lengths kept at r / 2 or more.
+    #[default]
+    Safeguarded,
+    /// The paper's plain Gauss-Newton iteration: undamped, unbounded.
+    GaussNewton,
+}
+
+/// 'Converged' means that a step lowered E by less than this share of it.
+const CONVERGED: f64 = 1e-10;
+/// Damping at the start, and its change after a step that lowered E and one that did not.
+const DAMPING: f64 = 1e-3;
+const DAMPING_AFTER_SUCCESS: f64 = 0.3;
+const DAMPING_AFTER_FAILURE: f64 = 4.0;
+
+/// Scratch space of a solve, and its result in `state`.
+#[derive(Clone, Debug, Default)]
+pub struct Solve<T: Real> {
+    /// Points and their energy.
+    pub points: Points<T>,
+    /// [knot] the state: set to the start, left at the result.
+    pub state: Vec<KnotState<T>>,
+    trial: Vec<KnotState<T>>,
+    a: Vec<T>,
+    b: Vec<T>,
+    trial_a: Vec<T>,
+    trial_b: Vec<T>,
+    factor: Vec<T>,
+    step: Vec<T>,
+    frozen: Vec<T::Mask>,
+}
+
+/// What a solve reports of a stitch.
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome<T: Real> {
+    /// E at the start.
+    pub start: T,
+    /// E at the end.
+    pub end: T,
+    /// Whether it stood at rest already.
+    pub at_rest: T::Mask,
+    /// Whether the last step lowered E by less than 1e-10 of it.
+    pub converged: T::Mask,
+    /// Steps that changed the state.
+    pub steps: T,
+}
+
+impl<T: Real> Solve<T> {
+    /// Makes room for a stencil.
+    pub fn fit(&mut self, stencil: &Stencil<T>) {
+        let (k, n) = (stencil.knot_count(), 2 * stencil.knot_count());
+        self.points.fit(stencil);
+        self.state.resize(k, KnotState::default());
+        self.trial.resize(k, KnotState::default());
+        for matrix in [&mut self.a, &mut self.trial_a, &mut self.factor] {
+            matrix.resize(n * n, T::zero());
+        }
+        for vector in [&mut self.b, &mut self.trial_b, &mut self.step] {
+            vector.resize(n, T::zero());
+        }
+        self.frozen.resize(n, T::mask(false));
+    }
+
+    /// Runs up to `iterations` steps from `state`.
+    #[inline(always)]
+    pub fn run(&mut self, stencil: &Stencil<T>, weights: &Weights<T>, solver: Solver, iterations: u32) -> Outcome<T> {
+        match solver {
+            Solver::Safeguarded => self.safeguarded(stencil, weights, iterations),
+            Solver::GaussNewton => self.gauss_newton(stencil, weights, iterations),
+        }
+    }
+
+    /// The energy of the state as it is.
+    #[inline(always)]
+    pub fn evaluate(&mut self, stencil: &Stencil<T>, weights: &Weights<T>) -> Outcome<T> {
+        self.points.place(stencil, &self.state);
+        let energy = self.points.energy(stencil, weights);
+        Outcome {
+            start: energy,
+            end: energy,
+            at_rest: T::mask(false),
+            converged: T::mask(false),
+            steps: T::zero(),
+        }
+    }
+
+    #[inline(always)]
+    fn gauss_newton(&mut self, stencil: &Stencil<T>, weights: &Weights<T>, iterations: u32) -> Outcome<T> {
+        let mut outcome = self.evaluate(stencil, weights);
+        self.frozen.fill(T::mask(false));
+        for _ in 0..iterations {
+            self.points.place(stencil, &self.state);
+            self.points.assemble(stencil, weights, &self.state, &mut self.a, &mut self.b);
+            factor::solve(&self.a, &self.b, T::zero(), &self.frozen, &mut self.factor, &mut self.step);
+            for (k, state) in self.state.iter_mut().enumerate() {
+                *state = stepped(*state, self.step[2 * k], self.step[2 * k + 1]);
+            }
+            outcome.steps += T::one();
+        }
+        outcome.end = self.evaluate(stencil, weights).end;
+        outcome
+    }
+
+    #[inline(always)]
+    fn safeguarded(&mut self, stencil: &Stencil<T>, weights: &Weights<T>, iterations: u32) -> Outcome<T> {
+        let shortest = stencil.yarn_radius * T::of(0.5);
+        for state in &mut self.state {
+            state.half_length = state.half_length.max(shortest);
+        }
+        self.points.place(stencil, &self.state);
+        let start = self.points.assemble(stencil, weights, &self.state, &mut self.a, &mut self.b);
+        let mut energy = start;
+        let at_rest = start.le(T::of(T::REST_ENERGY));
+        let mut done = at_rest;
+        let mut converged = T::mask(false);
+        let mut steps = T::zero();
+        let mut mu = T::of(DAMPING);
+        for i in 0..iterations {
+            if !T::any(T::not(done)) {
+                break;
+            }
+            for (k, state) in self.state.iter().enumerate() {
+                // A half-length at its bound stays there while E falls towards shorter ones.
+                self.frozen[2 * k] = T::mask(false);
+                self.frozen[2 * k + 1] = T::and(state.half_length.le(shortest), T::zero().lt(self.b[2 * k + 1]));
+            }
+            factor::solve(&self.a, &self.b, mu, &self.frozen, &mut self.factor, &mut self.step);
+            for (k, trial) in self.trial.iter_mut().enumerate() {
+                *trial = stepped(self.state[k], self.step[2 * k], self.step[2 * k + 1]);
+                trial.half_length = trial.half_length.max(shortest);
+            }
+            self.points.place(stencil, &self.trial);
+            let tried = if i + 1 < iterations {
+                self.points.assemble(stencil, weights, &self.trial, &mut self.trial_a, &mut self.trial_b)
+            } else {
+                self.points.energy(stencil, weights)
+            };
+            let better = T::and(tried.lt(energy), T::not(done));
+            let small = (energy - tried).lt(T::of(CONVERGED) * energy);
+            converged = T::or(converged, T::and(better, small));
+            steps += T::select(better, T::one(), T::zero());
+            energy = T::select(better, tried, energy);
+            let factor = T::select(better, T::of(DAMPING_AFTER_SUCCESS), T::of(DAMPING_AFTER_FAILURE));
+            mu = mu * factor;
+            done = T::or(done, converged);
+            for (state, trial) in self.state.iter_mut().zip(&self.trial) {
+                state.direction = V2::select(better, trial.direction, state.direction);
+                state.half_length = T::select(better, trial.half_length, state.half_length);
+            }
+            for (old, new) in self.a.iter_mut().zip(&self.trial_a).chain(self.b.iter_mut().zip(&self.trial_b)) {
+                *old = T::select(better, *new, *old);
+            }
+        }
+        self.points.place(stencil, &self.state);
+        Outcome { start, end: energy, at_rest, converged, steps }
+    }
+}
+
+/// The state after turning d by 2 atan(angle / 2) (Cayley) and lengthening l.
+#[inline(always)]
+fn stepped<T: Real>(state: KnotState<T>, angle: T, lengthening: T) -> KnotState<T> {
+    let h = angle * T::of(0.5);
+    let scale = T::one() / (T::one() + h * h);
+    let (cos, sin) = ((T::one() - h * h) * scale, (h + h) * scale);
+    let d = state.direction;
+    KnotState {
+        direction: V2::new(cos * d.u - sin * d.v, sin * d.u + cos * d.v),
+        half_length: state.half_length + lengthening,
+    }
+}

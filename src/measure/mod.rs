@@ -1,0 +1,14 @@
+//! Measures of results: how well a mesh fits its library, how near yarns come, how far they stretch.
+
+pub mod clearance;
+pub mod misfit;
+pub mod stretch;
+
+/// The value below which the share `q` of the values lie (the values are reordered); NaN for none.
+pub fn quantile(values: &mut [f64], q: f64) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let k = ((values.len() - 1) as f64 * q).round() as usize;
+    *values.select_nth_unstable_by(k, f64::total_cmp).1
+}

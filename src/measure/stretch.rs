@@ -1,0 +1,68 @@
+//! How far the yarn's segments are from their rest lengths after a frame.
+
+use super::quantile;
+use crate::backend::FrameOutput;
+use crate::math::Real;
+use crate::scene::{NO_SECOND_SLOT, Scene};
+use serde::Serialize;
+
+/// Relative errors |length / rest - 1| of the segments between control points of one face.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Stretch {
+    /// Half of the segments are within this.
+    pub median: f64,
+    /// 95 % of them are within this.
+    pub p95: f64,
+    /// The greatest.
+    pub max: f64,
+    /// Total length over total rest length, minus 1: negative for slack.
+    pub total: f64,
+}
+
+/// Measures a frame's control points, in space.
+pub fn stretch<T: Real>(scene: &Scene, output: &FrameOutput<T>) -> Stretch {
+    let mut errors = Vec::new();
+    let (mut total, mut rest_total) = (0.0, 0.0);
+    let yarns = &scene.yarns;
+    for yarn in 0..yarns.len() {
+        let range = yarns.range(yarn);
+        let n = range.len();
+        let segments = if yarns.closed[yarn] { n } else { n.saturating_sub(1) };
+        for i in 0..segments {
+            let (a, b) = (range.start + i, range.start + (i + 1) % n);
+            let Some(rest) = rest_length(scene, yarns.slots[a], yarns.slots[b]) else { continue };
+            let length = (output.points[b] - output.points[a]).to_f64().length();
+            total += length;
+            rest_total += rest;
+            if rest > 0.0 {
+                errors.push((length / rest - 1.0).abs());
+            }
+        }
+    }
+    let max = errors.iter().copied().fold(0.0, f64::max);
+    Stretch {
+        median: quantile(&mut errors, 0.5),
+        p95: quantile(&mut errors, 0.95),
+        max,
+        total: if rest_total > 0.0 { total / rest_total - 1.0 } else { f64::NAN },
+    }
+}
+
+/// The rest length of the segment between two control points: they share a face, where their slots are
+/// neighbours.
+fn rest_length(scene: &Scene, a: [u32; 2], b: [u32; 2]) -> Option<f64> {
+    for x in a.into_iter().filter(|s| *s != NO_SECOND_SLOT) {
+        for y in b.into_iter().filter(|s| *s != NO_SECOND_SLOT && s.abs_diff(x) == 1) {
+            let (batch, face, point) = scene.slot_place(x.min(y));
+            let (other, other_face, _) = scene.slot_place(x.max(y));
+            if batch.first_slot != other.first_slot || face != other_face {
+                continue;
+            }
+            let stencil = &scene.stencils[batch.stencil];
+            if let Ok(term) = stencil.lengths.binary_search_by_key(&(point as u32), |t| t.point) {
+                return Some(stencil.lengths[term].rest);
+            }
+        }
+    }
+    None
+}
