@@ -64,6 +64,12 @@ impl<T: Real<Mask = bool>> CpuBackend<T> {
         })
     }
 
+    /// The face-local points of the last frame by slot, before shared boundary points are averaged; same
+    /// units as [`FrameOutput::points`].
+    pub fn slots(&self) -> &[V3<T>] {
+        &self.slots
+    }
+
     /// World positions to template units around the origin.
     fn localise(&mut self, positions: &[DVec3]) -> Result<()> {
         if positions.len() != self.scene.vertex_count {

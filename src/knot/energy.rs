@@ -91,6 +91,16 @@ impl<T: Real> Points<T> {
         energy
     }
 
+    /// The residuals sqrt(w) (value - rest): lengths first, then cosines. For checks; the kernels sum as
+    /// they go.
+    pub fn residuals(&mut self, stencil: &Stencil<T>, weights: &Weights<T>) -> Vec<T> {
+        self.measure(stencil);
+        let lengths = stencil.lengths.iter().zip(&self.segments);
+        let lengths = lengths.map(|(term, segment)| weights.length * (segment.length - term.rest));
+        let cosines = stencil.cosines.iter().map(|term| weights.angle * (self.cosine(term) - term.rest));
+        lengths.chain(cosines).collect()
+    }
+
     #[inline(always)]
     fn cosine(&self, term: &Term<T>) -> T {
         let (e, f) = (&self.segments[term.segment as usize], &self.segments[term.segment as usize + 1]);

@@ -219,9 +219,9 @@ impl<T: Real<Mask = bool>> Kernel<T> {
         FaceResult { energy_start: outcome.start, energy: outcome.end, status }
     }
 
-    /// The in-plane places of the points of the face last run, template units, for tests of eq. 4.
-    pub fn plane_points<'a>(&self, work: &'a Workspace<T>) -> &'a [V2<T>] {
-        &work.solve.points.plane
+    /// The in-plane places of the points and of the knot centres of the face last run, template units.
+    pub fn plane_points<'a>(&self, work: &'a Workspace<T>) -> (&'a [V2<T>], &'a [V2<T>]) {
+        (&work.solve.points.plane, &work.solve.points.centers)
     }
 }
 

@@ -1,0 +1,46 @@
+//! Running a mesh and finding points by face.
+
+use glam::DVec3;
+use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
+use knotmesh::knot::Settings;
+use knotmesh::math::Real;
+use knotmesh::mesh::StitchMesh;
+use knotmesh::scene::{NO_SECOND_SLOT, Scene, SceneOptions};
+use knotmesh::template::TemplateLibrary;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A compiled scene and the result of one frame at the mesh's own positions.
+pub struct Run<T: Real> {
+    pub scene: Arc<Scene>,
+    pub backend: CpuBackend<T>,
+    pub output: FrameOutput<T>,
+}
+
+pub fn run<T: Real<Mask = bool>>(
+    mesh: &StitchMesh,
+    library: &TemplateLibrary,
+    options: SceneOptions,
+    settings: &Settings,
+    threads: usize,
+) -> Run<T> {
+    let scene = Arc::new(Scene::compile(mesh, library, options).expect("compiles"));
+    let mut backend = CpuBackend::new(scene.clone(), settings, threads).expect("settings are in range");
+    let mut output = FrameOutput::default();
+    backend.frame(&mesh.positions, &mut output).expect("positions are finite");
+    Run { scene, backend, output }
+}
+
+impl<T: Real> Run<T> {
+    /// World positions by (face, point within the face's template).
+    pub fn by_face(&self) -> HashMap<(u32, usize), DVec3> {
+        let mut map = HashMap::new();
+        for (point, slots) in self.scene.yarns.slots.iter().enumerate() {
+            for slot in slots.iter().filter(|s| **s != NO_SECOND_SLOT) {
+                let (batch, index, local) = self.scene.slot_place(*slot);
+                map.insert((batch.faces[index].0, local), self.output.world(point));
+            }
+        }
+        map
+    }
+}
