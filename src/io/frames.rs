@@ -7,7 +7,7 @@ mod npy_header;
 mod order;
 mod range;
 
-pub use range::parse_range;
+pub use range::frame_range;
 
 use super::obj_mesh;
 use super::text::read_bytes;

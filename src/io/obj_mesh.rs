@@ -26,17 +26,17 @@ pub struct ObjMesh {
     pub positions: Vec<DVec3>,
     /// Texture coordinates (u, v).
     pub uvs: Vec<DVec2>,
-    /// [face + 1] prefix sums of corner counts.
+    /// `[face + 1]` prefix sums of corner counts.
     pub face_offsets: Vec<u32>,
-    /// [corner] vertex numbers, counted from 0.
+    /// `[corner]` vertex numbers, counted from 0.
     pub face_vertices: Vec<u32>,
-    /// [corner] numbers into `uvs`, or [`ObjMesh::NO_UV`]; within a face either all or none.
+    /// `[corner]` numbers into `uvs`, or [`ObjMesh::NO_UV`]; within a face either all or none.
     pub corner_uvs: Vec<u32>,
     /// Names that faces carry. The first is empty: no name.
     pub names: Vec<String>,
-    /// [face] number into `names`: the material (`usemtl`), else the group (`g`), else the object (`o`).
+    /// `[face]` number into `names`: the material (`usemtl`), else the group (`g`), else the object (`o`).
     pub face_names: Vec<u32>,
-    /// [face] its line in the file, counted from 1.
+    /// `[face]` its line in the file, counted from 1.
     pub face_lines: Vec<u32>,
     /// Which edges are joined.
     pub joins: Vec<Join>,

@@ -127,11 +127,15 @@ impl<'a> Dictionary<'a> {
         let at = self.at;
         const EXPECTED: &str = "'<f4', '<f8', '>f4' or '>f8' (an array of floats)";
         let native_big = cfg!(target_endian = "big");
-        match self.string().map_err(|_| self.error(at, EXPECTED))? {
+        let kind = self.string().map_err(|_| self.error(at, EXPECTED))?;
+        match kind {
             [order, b'f', size @ (b'4' | b'8')] if b"<>=".contains(order) => {
                 Ok((usize::from(size - b'0'), *order == b'>' || (*order == b'=' && native_big)))
             }
-            _ => Err(self.error(at, EXPECTED)),
+            _ => {
+                let found = format!("'{}'", String::from_utf8_lossy(kind));
+                Err(Error::binary(self.path, self.begin + at, found, EXPECTED))
+            }
         }
     }
 

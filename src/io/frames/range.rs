@@ -5,7 +5,7 @@ use crate::{Error, Result};
 use std::ops::Range;
 
 /// The frames (counted from 0) that `text` names, of `frame_count` there are; never none.
-pub fn parse_range(text: &str, frame_count: usize) -> Result<Range<usize>> {
+pub fn frame_range(text: &str, frame_count: usize) -> Result<Range<usize>> {
     let error = |what: &str| {
         let quoted: String = text.chars().take(60).flat_map(char::escape_debug).collect();
         let many = if frame_count == 1 {
@@ -56,7 +56,7 @@ mod tests {
             ("-1", 9..10),
             (" 2 : 10 ", 2..10),
         ] {
-            assert_eq!(parse_range(text, 10).unwrap(), expected, "{text}");
+            assert_eq!(frame_range(text, 10).unwrap(), expected, "{text}");
         }
     }
 
@@ -75,13 +75,13 @@ mod tests {
             ("1:2:3", "expected A:B, A:, :B, : or A with whole numbers"),
             ("1.5", "expected A:B, A:, :B, : or A with whole numbers"),
         ] {
-            let message = parse_range(text, 10).unwrap_err().to_string();
+            let message = frame_range(text, 10).unwrap_err().to_string();
             assert_eq!(message, format!("frames '{text}': {what}; there are 10 frames, counted from 0"));
         }
         assert!(
-            parse_range("a\nb", 1).unwrap_err().to_string().ends_with("there is 1 frame, counted from 0")
+            frame_range("a\nb", 1).unwrap_err().to_string().ends_with("there is 1 frame, counted from 0")
         );
-        assert!(!parse_range("a\nb", 1).unwrap_err().to_string().contains('\n'));
-        assert!(parse_range(":", 0).is_err() && parse_range("0", 0).is_err());
+        assert!(!frame_range("a\nb", 1).unwrap_err().to_string().contains('\n'));
+        assert!(frame_range(":", 0).is_err() && frame_range("0", 0).is_err());
     }
 }

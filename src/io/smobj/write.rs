@@ -47,7 +47,7 @@ pub fn write(mesh: &StitchMesh, out: &mut impl Write) -> Result<()> {
         writeln!(out)?;
     }
     for hint in &mesh.hints {
-        if hint.contains(['\n', '\r', '#']) {
+        if hint.contains(['\n', '#']) {
             return Err(invalid(format_args!("the hint {hint:?} is not one line without comment")));
         }
         writeln!(out, "{hint}")?;
