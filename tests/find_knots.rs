@@ -105,7 +105,7 @@ fn check(t: &Template) {
             if let Place::Contact { knot, sign } = new[i].place {
                 let [_, p, c] = &new[i..i + 3] else { panic!("{key}: a run is cut short") };
                 let Place::Control { knot: k, sign: side } = p.place else { panic!("{key}: no control") };
-                assert_eq!((k, p.z), (knot, 0.0), "{key}");
+                assert_eq!((k, p.z), (knot, 0.5 * (new[i].z + c.z)), "{key}");
                 assert_eq!(c.place, Place::Contact { knot, sign: -sign }, "{key}");
                 let z = if sign < 0.0 { [new[i].z, c.z] } else { [c.z, new[i].z] };
                 assert!(z[0] * z[1] < 0.0, "{key}: no change of side");

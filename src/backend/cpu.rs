@@ -41,7 +41,9 @@ impl<T: Real<Mask = bool>> CpuBackend<T> {
             ("weight-length", settings.weight_length),
         ] {
             if !(0.0..=1e12).contains(&value) {
-                return Err(Error::invalid(format_args!("--{name} {value}: expected a number from 0 to 1e12")));
+                return Err(Error::invalid(format_args!(
+                    "--{name} {value}: expected a number from 0 to 1e12"
+                )));
             }
         }
         let pool = rayon::ThreadPoolBuilder::new()
@@ -143,29 +145,31 @@ impl<T: Real<Mask = bool>> CpuBackend<T> {
                 results.fill(unsolved());
                 continue;
             }
-            let work_chunk =
-                |chunk: usize, results: &mut [FaceResult<T>], slots: &mut [V3<T>], knots: &mut [KnotState<T>]| {
-                    let thread = rayon::current_thread_index().unwrap_or(0);
-                    let mut work = workspaces[thread].lock().expect("no other thread uses it");
-                    kernel.fit(&mut work);
-                    for (i, result) in results.iter_mut().enumerate() {
-                        let index = chunk * CHUNK + i;
-                        let corners = &batch.corners[index * n..(index + 1) * n];
-                        let first = local[corners[0] as usize];
-                        for (c, vertex) in corners.iter().enumerate() {
-                            work.corners[c] = local[*vertex as usize] - first;
-                            work.normals[c] = match &scene.corner_groups {
-                                Some(groups) => normals[groups.of_vertex[*vertex as usize] as usize],
-                                None => areas[batch.faces[index].index()],
-                            };
-                        }
-                        let points = &mut slots[i * p..(i + 1) * p];
-                        *result = kernel.run(&mut work, warm, &mut knots[i * k..(i + 1) * k], points);
-                        for point in points {
-                            *point = *point + first;
-                        }
+            let work_chunk = |chunk: usize,
+                              results: &mut [FaceResult<T>],
+                              slots: &mut [V3<T>],
+                              knots: &mut [KnotState<T>]| {
+                let thread = rayon::current_thread_index().unwrap_or(0);
+                let mut work = workspaces[thread].lock().expect("no other thread uses it");
+                kernel.fit(&mut work);
+                for (i, result) in results.iter_mut().enumerate() {
+                    let index = chunk * CHUNK + i;
+                    let corners = &batch.corners[index * n..(index + 1) * n];
+                    let first = local[corners[0] as usize];
+                    for (c, vertex) in corners.iter().enumerate() {
+                        work.corners[c] = local[*vertex as usize] - first;
+                        work.normals[c] = match &scene.corner_groups {
+                            Some(groups) => normals[groups.of_vertex[*vertex as usize] as usize],
+                            None => areas[batch.faces[index].index()],
+                        };
                     }
-                };
+                    let points = &mut slots[i * p..(i + 1) * p];
+                    *result = kernel.run(&mut work, warm, &mut knots[i * k..(i + 1) * k], points);
+                    for point in points {
+                        *point = *point + first;
+                    }
+                }
+            };
             let slots = &mut self.slots[batch.first_slot..batch.first_slot + count * p];
             let knots = &mut output.knots[batch.first_knot..batch.first_knot + count * k];
             let chunks = results.par_chunks_mut(CHUNK).zip(slots.par_chunks_mut(CHUNK * p)).enumerate();
@@ -182,16 +186,18 @@ impl<T: Real<Mask = bool>> CpuBackend<T> {
     fn gather(&self, output: &mut FrameOutput<T>) {
         let half = T::of(0.5);
         let slots = &self.slots;
-        output.points.par_chunks_mut(POINT_CHUNK).zip(self.scene.yarns.slots.par_chunks(POINT_CHUNK)).for_each(
-            |(points, sources)| {
+        output
+            .points
+            .par_chunks_mut(POINT_CHUNK)
+            .zip(self.scene.yarns.slots.par_chunks(POINT_CHUNK))
+            .for_each(|(points, sources)| {
                 for (point, [a, b]) in points.iter_mut().zip(sources) {
                     *point = slots[*a as usize];
                     if *b != NO_SECOND_SLOT {
                         *point = (*point + slots[*b as usize]) * half;
                     }
                 }
-            },
-        );
+            });
     }
 }
 

@@ -88,7 +88,11 @@ fn resolve(
         None => {
             let mut named: Vec<_> = library.by_name(stem).filter(|t| t.corners.len() == corners).collect();
             match named.len() {
-                0 => return Err(format!("the key or name of a stitch with {corners} corners ('knotmesh templates' lists them; --map renames)")),
+                0 => {
+                    return Err(format!(
+                        "the key or name of a stitch with {corners} corners ('knotmesh templates' lists them; --map renames)"
+                    ));
+                }
                 1 => named.pop().expect("there is one"),
                 _ => {
                     let keys: Vec<String> = named.iter().map(|t| format!("'{}'", t.key())).collect();

@@ -8,7 +8,7 @@ use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
 use knotmesh::curve::{CurveExtras, FrameCurves};
 use knotmesh::ids::FaceId;
 use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_writer};
-use knotmesh::io::frames::{Frames, parse_range};
+use knotmesh::io::frames::{Frames, frame_range};
 use knotmesh::io::result::ResultWriter;
 use knotmesh::knot::{Settings, Solver, Start, Status};
 use knotmesh::math::Real;
@@ -236,7 +236,7 @@ impl Job<'_> {
         };
         let count = source.as_ref().map_or(1, Frames::len);
         let range = match &arguments.frame_range {
-            Some(text) => parse_range(text, count)?,
+            Some(text) => frame_range(text, count)?,
             None => 0..count,
         };
         if range.is_empty() {
@@ -303,7 +303,13 @@ impl Job<'_> {
                 let least = if format.is_uniform_spline() { 4 } else { 0 };
                 let subdivide = self.arguments.subdivide.max(least);
                 let writer = if format == CurveFormat::Npz {
-                    Writer::Result(Box::new(ResultWriter::create(path, &self.scene, output, subdivide, frame_count)?))
+                    Writer::Result(Box::new(ResultWriter::create(
+                        path,
+                        &self.scene,
+                        output,
+                        subdivide,
+                        frame_count,
+                    )?))
                 } else {
                     Writer::Curves(open_frame_writer(path, frame_count, &WriteOptions::default())?)
                 };
@@ -369,7 +375,8 @@ struct Progress {
 impl Progress {
     fn new(frames: usize, quiet: bool) -> Self {
         let bar = ProgressBar::with_draw_target(Some(frames as u64), ProgressDrawTarget::hidden());
-        let style = ProgressStyle::with_template("{bar:40} frame {pos}/{len} {eta} left").expect("a valid template");
+        let style =
+            ProgressStyle::with_template("{bar:40} frame {pos}/{len} {eta} left").expect("a valid template");
         bar.set_style(style);
         Self { bar, began: Instant::now(), quiet }
     }

@@ -73,7 +73,13 @@ impl<T: Real> Solve<T> {
 
     /// Runs up to `iterations` steps from `state`.
     #[inline(always)]
-    pub fn run(&mut self, stencil: &Stencil<T>, weights: &Weights<T>, solver: Solver, iterations: u32) -> Outcome<T> {
+    pub fn run(
+        &mut self,
+        stencil: &Stencil<T>,
+        weights: &Weights<T>,
+        solver: Solver,
+        iterations: u32,
+    ) -> Outcome<T> {
         match solver {
             Solver::Safeguarded => self.safeguarded(stencil, weights, iterations),
             Solver::GaussNewton => self.gauss_newton(stencil, weights, iterations),
@@ -132,7 +138,8 @@ impl<T: Real> Solve<T> {
             for (k, state) in self.state.iter().enumerate() {
                 // A half-length at its bound stays there while E falls towards shorter ones.
                 self.frozen[2 * k] = T::mask(false);
-                self.frozen[2 * k + 1] = T::and(state.half_length.le(shortest), T::zero().lt(self.b[2 * k + 1]));
+                self.frozen[2 * k + 1] =
+                    T::and(state.half_length.le(shortest), T::zero().lt(self.b[2 * k + 1]));
             }
             factor::solve(&self.a, &self.b, mu, &self.frozen, &mut self.factor, &mut self.step);
             for (k, trial) in self.trial.iter_mut().enumerate() {
@@ -157,7 +164,8 @@ impl<T: Real> Solve<T> {
                 state.direction = V2::select(better, trial.direction, state.direction);
                 state.half_length = T::select(better, trial.half_length, state.half_length);
             }
-            for (old, new) in self.a.iter_mut().zip(&self.trial_a).chain(self.b.iter_mut().zip(&self.trial_b)) {
+            for (old, new) in self.a.iter_mut().zip(&self.trial_a).chain(self.b.iter_mut().zip(&self.trial_b))
+            {
                 *old = T::select(better, *new, *old);
             }
         }

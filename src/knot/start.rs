@@ -17,8 +17,7 @@ pub struct KnotState<T> {
 #[inline(always)]
 pub fn rigid<T: Real>(stencil: &Stencil<T>, state: &mut [KnotState<T>]) {
     for (k, state) in state.iter_mut().enumerate() {
-        *state =
-            KnotState { direction: stencil.knot_direction[k], half_length: stencil.knot_half_length[k] };
+        *state = KnotState { direction: stencil.knot_direction[k], half_length: stencil.knot_half_length[k] };
     }
 }
 
@@ -31,7 +30,6 @@ pub fn affine<T: Real>(stencil: &Stencil<T>, frame: &Frame<T>, state: &mut [Knot
         let length = v.dot(v).sqrt();
         let usable = T::zero().lt(length);
         let direction = v * (T::one() / T::select(usable, length, T::one()));
-        *state =
-            KnotState { direction: V2::select(usable, direction, rest), half_length: length };
+        *state = KnotState { direction: V2::select(usable, direction, rest), half_length: length };
     }
 }

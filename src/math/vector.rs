@@ -84,11 +84,7 @@ impl<T: Real> V3<T> {
     /// Vector product.
     #[inline(always)]
     pub fn cross(self, o: Self) -> Self {
-        Self::new(
-            self.y * o.z - self.z * o.y,
-            self.z * o.x - self.x * o.z,
-            self.x * o.y - self.y * o.x,
-        )
+        Self::new(self.y * o.z - self.z * o.y, self.z * o.x - self.x * o.z, self.x * o.y - self.y * o.x)
     }
     /// Euclidean length.
     #[inline(always)]
@@ -103,11 +99,7 @@ impl<T: Real> V3<T> {
     /// Component-wise selection.
     #[inline(always)]
     pub fn select(mask: T::Mask, yes: Self, no: Self) -> Self {
-        Self::new(
-            T::select(mask, yes.x, no.x),
-            T::select(mask, yes.y, no.y),
-            T::select(mask, yes.z, no.z),
-        )
+        Self::new(T::select(mask, yes.x, no.x), T::select(mask, yes.y, no.y), T::select(mask, yes.z, no.z))
     }
     /// The direction; zero where the vector is zero or not finite.
     #[inline(always)]

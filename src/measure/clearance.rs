@@ -69,9 +69,8 @@ pub fn clearance(curves: &dyn CurveSource, r: f64) -> Result<Clearance> {
     // A share needs no more than so many samples.
     let every = samples.len().div_ceil(MOST).max(1);
     let distances: Vec<f64> = samples.par_iter().step_by(every).map(nearest).collect();
-    let share = |limit: f64| {
-        distances.iter().filter(|d| **d < limit).count() as f64 / distances.len().max(1) as f64
-    };
+    let share =
+        |limit: f64| distances.iter().filter(|d| **d < limit).count() as f64 / distances.len().max(1) as f64;
     Ok(Clearance {
         samples: distances.len(),
         share_below_1_5r: share(1.5),

@@ -84,7 +84,8 @@ impl Strands<'_> {
 
     /// First slot and number of points of a strand.
     fn slots(&self, strand: u32, face: usize) -> (u32, u32) {
-        let (stencil, first_slot) = self.scene.face_stencil(FaceId::from(face)).expect("faces with strands are kept");
+        let (stencil, first_slot) =
+            self.scene.face_stencil(FaceId::from(face)).expect("faces with strands are kept");
         let s = (strand - self.first[face]) as usize;
         let [begin, end] = [0, 1].map(|k| stencil.strand_offsets[s + k]);
         ((first_slot + begin) as u32, (end - begin) as u32)

@@ -182,7 +182,12 @@ impl Scene {
         Ok(scene)
     }
 
-    fn add_batch(&mut self, mesh: &StitchMesh, template: &Template, faces: Vec<(FaceId, usize)>) -> Result<()> {
+    fn add_batch(
+        &mut self,
+        mesh: &StitchMesh,
+        template: &Template,
+        faces: Vec<(FaceId, usize)>,
+    ) -> Result<()> {
         if let Some(first) = self.templates.first().filter(|t| t.yarn_radius != template.yarn_radius) {
             return Err(Error::invalid(format_args!(
                 "templates of different yarn radius: {} of '{}' and {} of '{}' (in course spacings); take the \
@@ -200,8 +205,7 @@ impl Scene {
         for (i, (face, rotation)) in faces.iter().enumerate() {
             let vertices = mesh.face(*face);
             corners.extend((0..n).map(|c| vertices[(c + rotation) % n].0));
-            self.face_places[face.index()] =
-                FacePlace { batch: self.batches.len() as u32, index: i as u32 };
+            self.face_places[face.index()] = FacePlace { batch: self.batches.len() as u32, index: i as u32 };
         }
         let batch = Batch {
             stencil: self.stencils.len(),
@@ -271,8 +275,10 @@ impl Scene {
     pub fn crossing_slot(&self, mesh: &StitchMesh, at: crate::mesh::FaceEdge, rank: u32) -> Option<u32> {
         let (stencil, first_slot) = self.face_stencil(at.face)?;
         let n = stencil.corner_count;
-        let edge = (at.edge as usize + n - self.rotations[mesh.face_types[at.face.index()].index()] as usize) % n;
-        let template = &self.templates[self.batches[self.face_places[at.face.index()].batch as usize].stencil];
+        let edge =
+            (at.edge as usize + n - self.rotations[mesh.face_types[at.face.index()].index()] as usize) % n;
+        let template =
+            &self.templates[self.batches[self.face_places[at.face.index()].batch as usize].stencil];
         let strands = self.mode.strands(template);
         let mut crossings: Vec<(f64, f64, usize)> = strands
             .iter()
@@ -366,7 +372,9 @@ pub fn rename_types(mesh: &mut StitchMesh, from: &str, to: &str) -> Result<()> {
         *stitch = StitchType { name: name.clone(), labels };
     }
     if !hit {
-        return Err(Error::invalid(format_args!("--map '{from}={to}': the mesh has no stitch type '{from}'")));
+        return Err(Error::invalid(format_args!(
+            "--map '{from}={to}': the mesh has no stitch type '{from}'"
+        )));
     }
     Ok(())
 }

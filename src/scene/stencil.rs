@@ -180,7 +180,14 @@ impl Stencil<f64> {
                 knot_count += 1;
             }
         }
-        Term { point: point as u32, segment: segment as u32, rest, knots, knot_count: knot_count as u32, slot }
+        Term {
+            point: point as u32,
+            segment: segment as u32,
+            rest,
+            knots,
+            knot_count: knot_count as u32,
+            slot,
+        }
     }
 
     /// The same stencil in another precision.

@@ -87,7 +87,10 @@ pub fn weights(kind: Coordinates, corners: &[DVec2], q: DVec2) -> (Vec<f64>, Vec
 }
 
 fn spokes(corners: &[DVec2], q: DVec2) -> Vec<[Dual; 2]> {
-    corners.iter().map(|c| [Dual { x: c.x - q.x, d: -DVec2::X }, Dual { x: c.y - q.y, d: -DVec2::Y }]).collect()
+    corners
+        .iter()
+        .map(|c| [Dual { x: c.x - q.x, d: -DVec2::X }, Dual { x: c.y - q.y, d: -DVec2::Y }])
+        .collect()
 }
 
 /// Floater 2003: w_i = (tan(a_(i-1) / 2) + tan(a_i / 2)) / |v_i - q|, a_i the angle at q between v_i and v_(i+1).

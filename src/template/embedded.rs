@@ -1,7 +1,33 @@
 //! The template files that come with the program.
 
-/// Name and text of each file of `templates/`.
+/// Name and text of each file of `templates/`; a test compares the list with the folder.
 pub(super) const FILES: &[(&str, &str)] = &[
+    ("templates/decrease.json", include_str!("../../templates/decrease.json")),
+    ("templates/drop.json", include_str!("../../templates/drop.json")),
+    ("templates/edge-stitch.json", include_str!("../../templates/edge-stitch.json")),
+    ("templates/edge.json", include_str!("../../templates/edge.json")),
+    ("templates/in-out.json", include_str!("../../templates/in-out.json")),
+    ("templates/knit-twisted.json", include_str!("../../templates/knit-twisted.json")),
     ("templates/knit.json", include_str!("../../templates/knit.json")),
+    ("templates/knitout-knit.json", include_str!("../../templates/knitout-knit.json")),
+    ("templates/knitout-loop.json", include_str!("../../templates/knitout-loop.json")),
+    ("templates/knitout-purl.json", include_str!("../../templates/knitout-purl.json")),
+    ("templates/knitout-split-back.json", include_str!("../../templates/knitout-split-back.json")),
+    ("templates/knitout-split-front.json", include_str!("../../templates/knitout-split-front.json")),
+    ("templates/knitout-tuck.json", include_str!("../../templates/knitout-tuck.json")),
+    ("templates/knitout-yarn.json", include_str!("../../templates/knitout-yarn.json")),
+    ("templates/knittuck.json", include_str!("../../templates/knittuck.json")),
+    ("templates/make-split.json", include_str!("../../templates/make-split.json")),
+    ("templates/make-tuck-twist.json", include_str!("../../templates/make-tuck-twist.json")),
+    ("templates/make-tuck.json", include_str!("../../templates/make-tuck.json")),
+    ("templates/purl-decrease.json", include_str!("../../templates/purl-decrease.json")),
     ("templates/purl.json", include_str!("../../templates/purl.json")),
+    ("templates/slip.json", include_str!("../../templates/slip.json")),
+    ("templates/spacer.json", include_str!("../../templates/spacer.json")),
+    ("templates/start-end.json", include_str!("../../templates/start-end.json")),
+    ("templates/tuck-twist.json", include_str!("../../templates/tuck-twist.json")),
+    ("templates/tuck.json", include_str!("../../templates/tuck.json")),
+    ("templates/turn.json", include_str!("../../templates/turn.json")),
+    ("templates/weave.json", include_str!("../../templates/weave.json")),
+    ("templates/xfer.json", include_str!("../../templates/xfer.json")),
 ];

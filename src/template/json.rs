@@ -119,11 +119,9 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Entry>> {
             // The entry borrows from the file's text, so its place is known.
             let start = entry.get().as_ptr() as usize - text.as_ptr() as usize;
             let place = place(text, start);
-            let file: FileTemplate =
-                serde_json::from_str(entry.get()).map_err(|e| json_error(e, start))?;
-            let kind = convert(file).map_err(|(found, expected)| {
-                Error::input(path, place.0, place.1, found, expected)
-            })?;
+            let file: FileTemplate = serde_json::from_str(entry.get()).map_err(|e| json_error(e, start))?;
+            let kind = convert(file)
+                .map_err(|(found, expected)| Error::input(path, place.0, place.1, found, expected))?;
             Ok(Entry { place, kind })
         })
         .collect()
@@ -159,7 +157,8 @@ fn convert(file: FileTemplate) -> Result<EntryKind, (String, String)> {
         }
         return Ok(EntryKind::Derived { name: file.name, labels: file.edges, from: derive.from, by });
     }
-    let missing = |field: &str| fail(format!("no '{field}'"), "corners, yarn_radius, knots and yarns, or derive");
+    let missing =
+        |field: &str| fail(format!("no '{field}'"), "corners, yarn_radius, knots and yarns, or derive");
     let corners = file.corners.ok_or_else(|| missing("corners"))?;
     let knots = file.knots.ok_or_else(|| missing("knots"))?;
     let yarns = file.yarns.ok_or_else(|| missing("yarns"))?;
@@ -216,9 +215,7 @@ pub fn to_value(template: &Template) -> serde_json::Value {
     let point = |p: &TemplatePoint| {
         let base = FilePoint { z: p.z, ..Default::default() };
         match p.place {
-            Place::Boundary { edge, along } => {
-                FilePoint { edge: Some(edge), along: Some(along), ..base }
-            }
+            Place::Boundary { edge, along } => FilePoint { edge: Some(edge), along: Some(along), ..base },
             Place::Contact { knot, sign } => {
                 FilePoint { knot: Some(knot), contact: Some(sign as i32), ..base }
             }

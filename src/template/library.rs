@@ -23,7 +23,10 @@ impl TemplateLibrary {
     /// The library that comes with the program.
     pub fn embedded() -> Self {
         let mut library = Self::default();
-        library.add_json_files(super::embedded::FILES.iter().map(|(name, text)| (name.into(), text.as_bytes().to_vec())))
+        library
+            .add_json_files(
+                super::embedded::FILES.iter().map(|(name, text)| (name.into(), text.as_bytes().to_vec())),
+            )
             .expect("a test reads the embedded library");
         library
     }
@@ -68,7 +71,9 @@ impl TemplateLibrary {
         let mut seen: HashMap<String, PathBuf> = HashMap::new();
         for (path, bytes) in files {
             for Entry { place, kind } in json::read(&path, &bytes)? {
-                let at = |(found, expected): (String, String)| Error::input(&path, place.0, place.1, found, expected);
+                let at = |(found, expected): (String, String)| {
+                    Error::input(&path, place.0, place.1, found, expected)
+                };
                 let key = match &kind {
                     EntryKind::Full(template) => template.key(),
                     EntryKind::Derived { name, labels, .. } => {
@@ -91,8 +96,11 @@ impl TemplateLibrary {
         }
         // Sources may come later or be derived themselves.
         while !waiting.is_empty() {
-            let ready: Vec<String> =
-                waiting.iter().filter(|(_, (.., d))| !waiting.contains_key(&d.from)).map(|(k, _)| k.clone()).collect();
+            let ready: Vec<String> = waiting
+                .iter()
+                .filter(|(_, (.., d))| !waiting.contains_key(&d.from))
+                .map(|(k, _)| k.clone())
+                .collect();
             if ready.is_empty() {
                 let (key, (path, place, d)) = waiting.iter().next().expect("not empty");
                 return Err(Error::input(
@@ -116,12 +124,16 @@ impl TemplateLibrary {
 
     fn derived(&self, derivation: &Derivation) -> Result<Template, (String, String)> {
         let Some(source) = self.by_key.get(&derivation.from) else {
-            return Err((format!("the unknown source '{}'", derivation.from), "the key of a template".into()));
+            return Err((
+                format!("the unknown source '{}'", derivation.from),
+                "the key of a template".into(),
+            ));
         };
         let mut template = self.get(*source).clone();
         for operation in &derivation.by {
-            template = transform::apply(&template, *operation)
-                .ok_or_else(|| ("a mirror of edges all alike".to_string(), "edges of two kinds".to_string()))?;
+            template = transform::apply(&template, *operation).ok_or_else(|| {
+                ("a mirror of edges all alike".to_string(), "edges of two kinds".to_string())
+            })?;
         }
         if template.labels != derivation.labels {
             return Err((
@@ -204,7 +216,8 @@ fn extension(path: &Path) -> String {
 /// The width of a `.sf` library's plain knit (else of its first quad, else of its first face): one course
 /// spacing.
 fn sf_unit(faces: &[PlainTemplate]) -> f64 {
-    let plain_knit = |f: &&PlainTemplate| f.name.starts_with("knit") && f.corners.len() == 4 && f.strands.len() == 3;
+    let plain_knit =
+        |f: &&PlainTemplate| f.name.starts_with("knit") && f.corners.len() == 4 && f.strands.len() == 3;
     let face = faces
         .iter()
         .find(plain_knit)
@@ -227,6 +240,8 @@ fn from_plain(face: &PlainTemplate, unit: f64) -> Template {
             TemplatePoint { place: Place::Free { at: p.truncate() / unit }, z: p.z / unit }
         }
     };
-    let polylines: Vec<Strand> = face.strands.iter().map(|s| s.iter().map(point).collect()).collect();
+    // A strand of one point (its end dropped on an edge) is no yarn.
+    let strands = face.strands.iter().filter(|s| s.len() > 1);
+    let polylines: Vec<Strand> = strands.map(|s| s.iter().map(point).collect()).collect();
     find_knots::find_knots(&face.name, &face.labels, &corners, &polylines, SF_YARN_RADIUS / unit)
 }

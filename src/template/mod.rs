@@ -17,8 +17,6 @@ pub use library::TemplateLibrary;
 
 use glam::DVec2;
 
-pub mod find_knots;
-
 /// A knot: where two yarns cross twice (Huang et al. 2025, eq. 1). Contacts lie at
 /// `center ± half_length * direction`, controls at `center ± yarn_radius * (direction.y, -direction.x)`.
 #[derive(Clone, Copy, Debug, PartialEq)]

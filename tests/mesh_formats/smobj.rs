@@ -271,20 +271,3 @@ fn sheets_are_read_and_written() {
     write(&mesh, &mut text).unwrap();
     assert_eq!(read(path(), &text).unwrap(), mesh);
 }
-
-/// `cargo test --release --test mesh_formats -- --ignored --nocapture` shows the time.
-#[test]
-#[ignore = "measures time"]
-fn a_hundred_thousand_stitches_are_read_quickly() {
-    let text = sheet(400, 250);
-    let mut times: Vec<_> = (0..7)
-        .map(|_| {
-            let start = std::time::Instant::now();
-            assert_eq!(read(path(), text.as_bytes()).unwrap().face_count(), 100_000);
-            start.elapsed()
-        })
-        .collect();
-    times.sort();
-    println!("{} bytes: {:?} (median), {:?} (best)", text.len(), times[3], times[0]);
-    assert!(times[3].as_secs_f64() < 0.35, "{:?}", times[3]);
-}

@@ -245,10 +245,10 @@ fn nearer_than(contacts: &[(usize, usize, DVec2)], reach: f64) -> Vec<Vec<usize>
     groups
 }
 
-/// z of a control (model section 2), whatever the layers of its contacts: stacked loops therefore meet at
-/// their controls. The mean of the two contacts would keep them apart.
-fn control_height(_contacts: [f64; 2]) -> f64 {
-    0.0
+/// z of a control: midway between its two contacts, which is 0 for a knot on its own. Were it 0 for deeper
+/// layers too, the strands of a stack would all meet at their controls.
+fn control_height(contacts: [f64; 2]) -> f64 {
+    0.5 * (contacts[0] + contacts[1])
 }
 
 fn is_fold(a: DVec3, b: DVec3, c: DVec3) -> bool {
