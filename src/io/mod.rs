@@ -1,3 +1,19 @@
 //! Readers and writers, one file per format.
 
+pub mod bcc;
+pub mod convert;
+pub mod curve_info;
+pub mod curves;
+pub mod mitsuba;
+pub mod npy;
+pub mod npz;
+pub mod numbers;
+pub mod obj_lines;
+pub mod output;
+pub mod pbrt;
+pub mod scan;
 pub mod text;
+pub mod usda;
+pub mod usda_read;
+pub mod yarns;
+pub mod zip;

@@ -79,9 +79,7 @@ impl<'a> Line<'a> {
         let column = begin + 1;
         match std::str::from_utf8(&self.text[begin..self.at]) {
             Ok(text) => Ok(Some(Word { text, column })),
-            Err(e) => {
-                Err(self.error(column + e.valid_up_to(), "bytes that are not UTF-8", "a text file"))
-            }
+            Err(e) => Err(self.error(column + e.valid_up_to(), "bytes that are not UTF-8", "a text file")),
         }
     }
 
@@ -108,9 +106,7 @@ impl<'a> Line<'a> {
     /// The next word as an integer.
     pub fn i64(&mut self, expected: &str) -> Result<i64> {
         let word = self.expect_word(expected)?;
-        word.text
-            .parse()
-            .map_err(|_| self.error(word.column, format_args!("'{}'", word.text), expected))
+        word.text.parse().map_err(|_| self.error(word.column, format_args!("'{}'", word.text), expected))
     }
 
     /// What is left of the line, trimmed, with its column.
@@ -121,9 +117,8 @@ impl<'a> Line<'a> {
         let column = self.at + 1;
         let bytes = self.text[self.at..].trim_ascii_end();
         self.at = self.text.len();
-        let text = std::str::from_utf8(bytes).map_err(|e| {
-            self.error(column + e.valid_up_to(), "bytes that are not UTF-8", "a text file")
-        })?;
+        let text = std::str::from_utf8(bytes)
+            .map_err(|e| self.error(column + e.valid_up_to(), "bytes that are not UTF-8", "a text file"))?;
         Ok(Word { text, column })
     }
 
@@ -141,7 +136,12 @@ impl<'a> Line<'a> {
     }
 
     /// An error at a column of this line.
-    pub fn error(&self, column: usize, found: impl std::fmt::Display, expected: impl std::fmt::Display) -> Error {
+    pub fn error(
+        &self,
+        column: usize,
+        found: impl std::fmt::Display,
+        expected: impl std::fmt::Display,
+    ) -> Error {
         Error::input(self.path, self.number, column, found, expected)
     }
 }
