@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{MIXED, annotated, curves, data};
+use common::{EXTENSIONS, MIXED, annotated, assert_same, curves};
 use glam::DVec3;
 use knotmesh::io::convert::convert;
 use knotmesh::io::curve_info::curve_info;
@@ -12,22 +12,6 @@ use knotmesh::io::curves::{
 use knotmesh::io::npz::{Floats, FrameArrays, NpzPrecision, NpzWriter, StaticArrays};
 use knotmesh::yarn::{CurveSource, Curves};
 use std::path::Path;
-
-const EXTENSIONS: [&str; 7] = ["yarns", "bcc", "obj", "npz", "usda", "txt", "pbrt"];
-
-/// Compares yarns; points may differ by `tolerance`.
-fn assert_same(found: &Curves, expected: &Curves, tolerance: f64, what: &str) {
-    assert_eq!(found.offsets, expected.offsets, "{what}");
-    assert_eq!(found.closed, expected.closed, "{what}");
-    for (a, b) in found.points.iter().zip(&expected.points) {
-        assert!(a.distance(*b) <= tolerance, "{what}: {a} {b}");
-    }
-    for (a, b) in found.radius.iter().zip(&expected.radius) {
-        if let (Some(a), Some(b)) = (a, b) {
-            assert!((a - b).abs() <= tolerance, "{what}: radius {a} {b}");
-        }
-    }
-}
 
 /// Without the yarns that a format cannot hold.
 fn without_empty(curves: &Curves) -> Curves {
@@ -137,7 +121,7 @@ fn frames() {
         }
         let files = writer.finish().unwrap();
         if CurveFormat::from_path(&path).unwrap().holds_time() {
-            assert_eq!(files, [path.clone()]);
+            assert_eq!(files, std::slice::from_ref(&path));
             let found = read_curves(&path).unwrap();
             assert_eq!(found.len(), 3);
             for (a, b) in found.iter().zip(&frames) {
@@ -357,259 +341,54 @@ fn npz_by_another_writer() {
     assert_eq!(found.radius, [None, None]);
 }
 
-#[test]
-fn obj_variants() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.obj");
-    let read = |text: &str| {
-        std::fs::write(&path, text).unwrap();
-        read_curves(&path).map(|mut frames| frames.remove(0)).map_err(|e| e.to_string())
-    };
-    let vertices = "v 0 0 0\nv 1 0 0\nv 2 0 0 1.0\nv 3 0 0 0.5 0.5 0.5\n";
-    let xs = |c: &Curves| c.points.iter().map(|p| p.x as i32).collect::<Vec<_>>();
-    // Two-point lines out of order and turned around; a loop; a branch.
-    let c = read(&format!("{vertices}l 2 3\nl 1 2\nl 4 3\n")).unwrap();
-    assert_eq!((xs(&c), &c.closed[..]), (vec![0, 1, 2, 3], &[false][..]));
-    let c = read(&format!("{vertices}l 2 3\nl 1 2\nl 3 1\n")).unwrap();
-    assert_eq!((xs(&c), &c.closed[..]), (vec![1, 2, 0], &[true][..]));
-    let c = read(&format!("{vertices}l 1 2\nl 2 3\nl 2 4\n")).unwrap();
-    assert_eq!((xs(&c), c.offsets.clone()), (vec![0, 1, 1, 2, 1, 3], vec![0, 2, 4, 6]));
-    // Order of the file with whole curves and joined ones between each other.
-    let c = read(&format!("{vertices}l 4 3 2 4\nl 1 2\nl 3 4 3\nl 2 3 # end\np 1\n")).unwrap();
-    assert_eq!(xs(&c), [3, 2, 1, 0, 1, 2, 2, 3, 0]);
-    assert_eq!(c.closed, [true, false, true, false]);
-    // Continued lines, texture indices, negative indices, indices before their vertices.
-    let c = read("l 1/1 2/2 \\\n 3 \\\r\n\t4\\\n1\nv 0 0 \\\n0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nl -1 -2 -4\n")
-        .unwrap();
-    assert_eq!((xs(&c), &c.closed[..]), (vec![0, 1, 2, 3, 3, 2, 0], &[true, false][..]));
-    for (text, place) in [
-        ("v 0 0 0\nl 1 2\n", "a.obj:2:5: found 2, expected an index up to 1"),
-        ("v 0 0 0\nl 1 0\n", "a.obj:2:5: found '0'"),
-        ("v 0 0 0\nl -1 -2\n", "a.obj:2:6: found -2"),
-        ("v 0 0 0\nl 1\n", "a.obj:2:1: found a line of fewer than two points"),
-        ("v 0 nan 0\n", "a.obj:1:5: found 'nan'"),
-        ("v 0 1e999 0\n", "a.obj:1:5: found '1e999'"),
-        ("v 0 0\n", "a.obj:1:6: found the end of the line"),
-        ("line 0 0\n", "a.obj:1:1: found 'line'"),
-        ("", "a.obj:1:1: found an empty file"),
-    ] {
-        let error = read(text).unwrap_err();
-        assert!(error.contains(place), "{error}");
-    }
-}
+/// Points that exist only while they are visited.
+struct Helix(usize);
 
-#[test]
-fn usda_variants() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.usda");
-    let read = |text: &str| {
-        std::fs::write(&path, text).unwrap();
-        read_curves(&path).map_err(|e| e.to_string())
-    };
-    let text = r#"#usda 1.0
-(
-    "a comment"
-    doc = """long
-    ( [ words"""
-    upAxis = "Z"
-    subLayers = [ @other.usda@ ]
-)
-def Scope "s" ( prepend references = @x.usda@</y> kind = "group" ) {
-    double3 xformOp:translate = (1, 2, 3)
-    uniform token[] xformOpOrder = ["xformOp:translate"]
-    rel material:binding = </s/m>
-    token visibility
-    variantSet "v" = { "a" { def Mesh "m" {} } }
-    def Mesh "m" { point3f[] points = [(9, 9, 9)] }
-    def BasisCurves "c" ( customData = { string a = "}" } )
-    {
-        uniform token type = "linear"
-        int[] curveVertexCounts = [2, 3,]
-        float[] widths = [1, 1, 2, 2, 2] ( interpolation = "vertex" )
-        point3f[] points = [(0, 0, 0), (1, 0, 0),
-            (2, 0, 0), (3e0, -0.5, 0), (4, 0, 0)] # end
-        color3f[] primvars:displayColor = [(1, 0, 0)]
+impl CurveSource for Helix {
+    fn yarn_count(&self) -> usize {
+        1
     }
-    def BasisCurves "d" {
-        token type = "cubic"
-        uniform token basis = "bezier"
-        token wrap = "periodic"
-        int[] curveVertexCounts = [6]
-        point3f[] points.timeSamples = { 1: [(0,0,0),(1,0,0),(2,0,0),(3,0,0),(4,0,0),(5,0,0)],
-            2.5 : [(9,0,0),(1,0,0),(2,0,0),(3,0,0),(4,0,0),(5,0,0)] }
+    fn yarn_closed(&self, _: usize) -> bool {
+        false
     }
-}
-"#;
-    let frames = read(text).unwrap();
-    assert_eq!(frames.len(), 2);
-    let xs: Vec<_> = frames[1].points.iter().map(|p| p.x).collect();
-    assert_eq!(xs, [0.0, 1.0, 2.0, 3.0, 4.0, 9.0, 3.0]);
-    assert_eq!(frames[0].points[5].x, 0.0);
-    assert_eq!(frames[0].closed, [false, false, true]);
-    assert_eq!(frames[0].radius, [Some(0.5), Some(1.0), None]);
-    let reader = CurveReader::open(&path).unwrap();
-    assert_eq!(reader.header.up, Some(UpAxis::Z));
-    assert!(reader.header.notes.iter().any(|n| n.contains("transform")), "{:?}", reader.header.notes);
-    let with = |body: &str| read(&format!("#usda 1.0\ndef BasisCurves \"c\" {{\n{body}\n}}\n")).unwrap_err();
-    for (body, expected) in [
-        ("int[] curveVertexCounts = [2]\npoint3f[] points = [(0,0,0)]", "2:17: found 1 points, expected 2"),
-        ("int[] curveVertexCounts = [-1]", "a point count that is no count"),
-        ("int[] curveVertexCounts = [1e18]", "a point count that is no count"),
-        ("point3f[] points = [(0,0,inf)]", "3:26: found 'inf'"),
-        ("point3f[] points = [(0,0)]", "3:25: found ')'"),
-        ("uniform token wrap = \"round\"", "3:22: found \"round\""),
-        ("point3f[] points = [", "4:1: found '}'"),
-    ] {
-        let error = with(body);
-        assert!(error.contains(expected), "{error}");
+    fn yarn_len(&self, _: usize) -> usize {
+        self.0
     }
-    let deep = format!("#usda 1.0\n{}", "def Scope \"s\" {".repeat(100_000));
-    assert!(read(&deep).unwrap_err().contains("nested"));
-    assert!(read("#usda 1.0\ndef \"s").unwrap_err().contains("2:5: found a string without an end"));
-}
-
-#[test]
-fn bcc_variants() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.bcc");
-    write_curves(&path, &curves(1, &[(4, false), (3, true)], None), &WriteOptions::default()).unwrap();
-    let good = std::fs::read(&path).unwrap();
-    let read = |bytes: &[u8]| {
-        std::fs::write(&path, bytes).unwrap();
-        CurveReader::open(&path).map_err(|e| e.to_string())
-    };
-    let changed = |at: usize, new: &[u8]| {
-        let mut bytes = good.clone();
-        bytes[at..at + new.len()].copy_from_slice(new);
-        bytes
-    };
-    for letters in [b"C1", b"BS", b"BZ"] {
-        assert!(read(&changed(4, letters)).unwrap().header.notes[0].contains("curve type"));
+    fn yarn_radius(&self, _: usize) -> Option<f64> {
+        Some(0.1)
     }
-    assert!(read(&changed(4, b"PL")).unwrap().header.notes.is_empty());
-    assert_eq!(read(&changed(7, &[0])).unwrap().header.up, None);
-    for (at, new, expected) in [
-        (0, &b"B"[..], ""),
-        (0, b"BBC", "a.bcc:1:1: found other bytes"),
-        (3, &[0x22], "a.bcc:1:4: found the size byte 0x22 (2-byte integers, 2-byte floats), expected 0x44"),
-        (4, b"XX", "a.bcc:1:5: found the curve type 'XX'"),
-        (6, &[2], "a.bcc:1:7: found 2 dimensions, expected 3"),
-        (8, &[255; 8], "a.bcc:1:9: found 18446744073709551615 curves"),
-        (8, &[1, 0], "a.bcc:1:17: found 7 control points, expected the 4 of the curves"),
-        (8, &[3, 0], "found the end of the file after 2 of 3 curves"),
-        (16, &[255; 8], "a.bcc:1:17: found 18446744073709551615 control points"),
-        (64, &[255, 255, 255, 127], "a.bcc:1:65: found a curve of 2147483647 points, expected at most 7"),
-        (64, &[0, 0, 0, 128], "a.bcc:1:65: found a curve of 2147483648 points"),
-        (72, &f32::NAN.to_le_bytes(), "a.bcc:1:69: found ["),
-    ] {
-        match read(&changed(at, new)) {
-            Ok(_) => assert!(expected.is_empty(), "{expected}"),
-            Err(error) => assert!(!expected.is_empty() && error.contains(expected), "{error}"),
+    fn visit(
+        &self,
+        _: usize,
+        sink: &mut dyn FnMut(&[DVec3]) -> knotmesh::Result<()>,
+    ) -> knotmesh::Result<()> {
+        let mut chunk = [DVec3::ZERO; 4096];
+        let mut done = 0;
+        while done < self.0 {
+            let n = (self.0 - done).min(chunk.len());
+            for (i, p) in chunk[..n].iter_mut().enumerate() {
+                let t = (done + i) as f64;
+                *p = DVec3::new(t % 1.75, t % 11.125, 1e-4 * t);
+            }
+            sink(&chunk[..n])?;
+            done += n;
         }
+        Ok(())
     }
-    // A repeated first point, and 8-byte numbers.
-    let mut bytes = good[..8].to_vec();
-    bytes[3] = 0x88;
-    bytes.extend([1, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0]);
-    bytes.extend([0; 40]);
-    bytes.extend((-3i64).to_le_bytes());
-    for x in [0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.0, 0.0f64] {
-        bytes.extend(x.to_le_bytes());
-    }
-    let mut reader = read(&bytes).unwrap();
-    assert!(reader.header.notes[0].contains("repeated"));
-    let found = reader.next_frame().unwrap().unwrap();
-    assert_eq!((found.points, found.closed), (vec![DVec3::X * 0.5, DVec3::X], vec![true]));
-    bytes.push(0);
-    assert!(read(&bytes).is_err());
 }
 
-/// Curves, closed ones, points, length, box and a word of the notes, computed by a separate script.
-type Facts = (&'static str, usize, usize, usize, f64, [f64; 3], [f64; 3], &'static str);
-
-#[rustfmt::skip]
-const REAL: [Facts; 11] = [
-    ("bcc/glove.bcc", 70, 70, 58537, 13925.146478, [-13.90100, -17.32785, -12.99660], [13.90100, 17.32785, 12.99660], "8 closed curves repeated"),
-    ("bcc/openwork_trellis_pattern.bcc", 1, 0, 19730, 2734.712151, [-10.84405, -7.30163, -0.56954], [10.84405, 7.30163, 0.56954], ""),
-    ("bcc/tea_cozy.bcc", 22, 22, 184151, 37418.499392, [-19.71785, -11.54141, -20.38320], [19.71785, 11.54141, 20.38320], "2 closed curves end far"),
-    ("smobj/decrease.yarns", 1, 0, 103, 69.029053, [-4.38247, -0.30500, -0.34487], [4.07771, 4.43015, 0.40318], ""),
-    ("smobj/k.yarns", 1, 0, 5745, 1421.319790, [-0.75000, 0.25000, -1.08444], [21.87500, 21.62732, 1.08444], ""),
-    ("smobj/twill.yarns", 10, 0, 160, 23.538702, [-0.20000, -0.20000, -0.10939], [1.80000, 1.80000, 0.10939], ""),
-    ("yarns/knit-4x4.yarns", 1, 0, 225, 72.032023, [-0.37500, 0.25000, -0.11875], [4.37500, 4.75232, 0.09310], ""),
-    ("yarns/short-row.yarns", 1, 0, 304, 165.657006, [-5.75440, -3.34900, -0.19413], [6.97005, 3.42372, 0.15220], ""),
-    ("yarns/sock.yarns", 1, 0, 29280, 8510.994575, [-0.67188, 0.25000, -1.10072], [25.04690, 107.75232, 1.10072], ""),
-    ("obj-lines/blenderobj.obj", 2, 2, 9600, 152.953317, [-1.01, -1.00514, -1.00514], [1.01, 1.00514, 1.00514], "2 curves of two-point lines"),
-    ("obj-lines/houdiniobj.obj", 2, 2, 9600, 150.940816, [-1.0, -0.99518, -0.99518], [1.0, 0.99518, 0.99518], ""),
-];
-
+/// Run with `--ignored --nocapture`: what each writer takes for seven million points.
 #[test]
-fn real_files() {
-    let Some(data) = data() else { return };
+#[ignore = "a measurement"]
+fn writer_speed() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, curves, closed, points, length, low, high, note) in REAL {
-        let info = curve_info(&data.join(name)).unwrap();
-        assert_eq!(
-            (info.frames, info.curves, info.closed, info.points),
-            (1, curves, closed, points),
-            "{name}"
-        );
-        assert!((info.length - length).abs() < 1e-5, "{name}: {}", info.length);
-        let bounds = info.bounds.unwrap();
-        for k in 0..3 {
-            assert!(
-                (bounds[0][k] - low[k]).abs() < 6e-6 && (bounds[1][k] - high[k]).abs() < 6e-6,
-                "{name}: {bounds:?}"
-            );
-        }
-        assert_eq!(info.notes.is_empty(), note.is_empty(), "{name}: {:?}", info.notes);
-        assert!(
-            note.is_empty() || info.notes.iter().any(|n| n.starts_with(note)),
-            "{name}: {:?}",
-            info.notes
-        );
-        // Through every other format and back.
-        let original = read_curves(&data.join(name)).unwrap().remove(0);
-        for extension in EXTENSIONS {
-            let path = folder.path().join(format!("a.{extension}"));
-            convert(&data.join(name), &path, &WriteOptions { radius: Some(0.1), ..Default::default() })
-                .unwrap();
-            let found = read_curves(&path).unwrap().remove(0);
-            assert_same(&found, &Curves { radius: found.radius.clone(), ..original.clone() }, 1e-5, name);
-        }
-    }
-    let up = |name: &str| CurveReader::open(&data.join(name)).unwrap().header.up;
-    assert_eq!(up("bcc/glove.bcc"), Some(UpAxis::Y));
-    assert_eq!(up("bcc/openwork_trellis_pattern.bcc"), Some(UpAxis::Z));
-    let cozy = curve_info(&data.join("bcc/tea_cozy.bcc")).unwrap();
-    assert!(cozy.notes.iter().any(|n| n.contains("36.236782, of curve 2")), "{:?}", cozy.notes);
-}
-
-#[test]
-fn real_yarns() {
-    let Some(data) = data() else { return };
-    let sock = read_curves(&data.join("yarns/sock.yarns")).unwrap().remove(0);
-    assert_eq!(sock.radius, [Some(0.0657692551612854)]);
-    let names: Vec<_> = sock.units.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(names, ["1", "in", "na", "nb", "l67", "g", "l78", "h78", "out"]);
-    assert_eq!(sock.units[2].1, 0.1f32 as f64);
-    assert_eq!(sock.checkpoints.len(), 3100);
-    let first: Vec<_> = sock.checkpoints[..3].iter().map(|c| (c.point, c.length, c.unit)).collect();
-    assert_eq!(first, [(0, 1.0, 1), (0, 56.0, 2), (0, 28.0, 3)]);
-    assert_eq!((sock.sources[0], sock.sources[12], sock.sources.len()), (5, 27, 29280));
-    let twill = read_curves(&data.join("smobj/twill.yarns")).unwrap().remove(0);
-    assert!(twill.radius.iter().all(|r| *r == Some(0.09999999403953552)));
-    // What is written again is the same but for colours.
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.yarns");
-    for name in ["yarns/sock.yarns", "smobj/twill.yarns", "smobj/k.yarns"] {
-        convert(&data.join(name), &path, &WriteOptions::default()).unwrap();
-        let mut expected = std::fs::read(data.join(name)).unwrap();
-        let found = std::fs::read(&path).unwrap();
-        let yarn = expected.windows(4).position(|w| w == b"yarn").unwrap();
-        let size = u32::from_le_bytes(expected[yarn + 4..yarn + 8].try_into().unwrap()) as usize;
-        for at in (yarn + 8..yarn + 8 + size).step_by(16) {
-            expected[at + 12..at + 16].copy_from_slice(&found[at + 12..at + 16]);
-        }
-        assert!(found == expected, "{name}");
+    for extension in EXTENSIONS {
+        let path = folder.path().join(format!("a.{extension}"));
+        let start = std::time::Instant::now();
+        write_curves(&path, &Helix(7_000_000), &WriteOptions::default()).unwrap();
+        let seconds = start.elapsed().as_secs_f64();
+        let bytes = std::fs::metadata(&path).unwrap().len();
+        println!("{extension:6} {seconds:6.2} s {:8.1} MB", bytes as f64 / 1e6);
+        std::fs::remove_file(&path).unwrap();
     }
 }

@@ -3,7 +3,7 @@
 //! Written as `C0` (uniform Catmull-Rom), f32, without the first point of closed curves repeated. The format
 //! stores no radius. A closed curve without points cannot be told from an open one.
 
-use super::curves::{CurveHeader, UpAxis, WriteOptions, single, visit_points};
+use super::curves::{CurveHeader, UpAxis, WriteOptions, push_singles, visit_points};
 use super::output::Output;
 use crate::yarn::{CurveSource, Curves};
 use crate::{Error, Result};
@@ -184,9 +184,7 @@ pub fn write(out: &mut Output, curves: &dyn CurveSource, options: &WriteOptions)
         visit_points(curves, yarn, |points| {
             for part in points.chunks(4096) {
                 buffer.clear();
-                for p in part {
-                    buffer.extend_from_slice(single(&path, yarn, *p)?.map(f32::to_le_bytes).as_flattened());
-                }
+                push_singles(&mut buffer, &path, yarn, part)?;
                 out.put(&buffer)?;
             }
             Ok(())

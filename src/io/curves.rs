@@ -1,7 +1,7 @@
 //! Curve files of every format: choosing the format, reading frames, writing frames.
 
 use super::output::{FramePattern, Output};
-use super::{bcc, mitsuba, npz, obj_lines, pbrt, text, usda, usda_read, yarns};
+use super::{bcc, mitsuba, npz, npz_read, obj_lines, pbrt, text, usda, usda_read, yarns};
 use crate::yarn::{CurveSource, Curves};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -124,7 +124,7 @@ pub struct CurveReader {
 
 enum Frames {
     Memory(std::vec::IntoIter<Curves>),
-    Npz(Box<npz::NpzReader>),
+    Npz(Box<npz_read::NpzReader>),
 }
 
 impl CurveReader {
@@ -132,10 +132,16 @@ impl CurveReader {
     pub fn open(path: &Path) -> Result<Self> {
         let format = CurveFormat::from_path(path)?;
         if format == CurveFormat::Npz {
-            let (reader, header) = npz::NpzReader::open(path)?;
+            let (reader, header) = npz_read::NpzReader::open(path)?;
             return Ok(Self { format, header, frames: Frames::Npz(Box::new(reader)) });
         }
-        let bytes = text::read_bytes(path)?;
+        Self::from_bytes(path, &text::read_bytes(path)?)
+    }
+
+    /// Reads a file's content that is in memory already; `path` names its format (any but `.npz`) and stands in
+    /// messages.
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let format = CurveFormat::from_path(path)?;
         if bytes.is_empty() {
             return Err(Error::input(
                 path,
@@ -147,13 +153,18 @@ impl CurveReader {
         }
         let mut header = CurveHeader::default();
         let frames = match format {
-            CurveFormat::Yarns => vec![yarns::read(path, &bytes, &mut header)?],
-            CurveFormat::Bcc => vec![bcc::read(path, &bytes, &mut header)?],
-            CurveFormat::Obj => vec![obj_lines::read(path, &bytes, &mut header)?],
-            CurveFormat::Mitsuba => vec![mitsuba::read(path, &bytes, &mut header)?],
-            CurveFormat::Pbrt => vec![pbrt::read(path, &bytes, &mut header)?],
-            CurveFormat::Usda => usda_read::read(path, &bytes, &mut header)?,
-            CurveFormat::Npz => Vec::new(),
+            CurveFormat::Yarns => vec![yarns::read(path, bytes, &mut header)?],
+            CurveFormat::Bcc => vec![bcc::read(path, bytes, &mut header)?],
+            CurveFormat::Obj => vec![obj_lines::read(path, bytes, &mut header)?],
+            CurveFormat::Mitsuba => vec![mitsuba::read(path, bytes, &mut header)?],
+            CurveFormat::Pbrt => vec![pbrt::read(path, bytes, &mut header)?],
+            CurveFormat::Usda => usda_read::read(path, bytes, &mut header)?,
+            CurveFormat::Npz => {
+                return Err(Error::invalid(format_args!(
+                    "{}: found .npz content, expected a file",
+                    path.display()
+                )));
+            }
         };
         Ok(Self { format, header, frames: Frames::Memory(frames.into_iter()) })
     }
@@ -349,11 +360,26 @@ pub(crate) fn radius_of(
     })
 }
 
-/// A position as f32, which must not overflow.
-pub(crate) fn single(path: &Path, yarn: usize, p: DVec3) -> Result<[f32; 3]> {
-    let q = p.as_vec3();
-    if q.is_finite() {
-        return Ok(q.to_array());
+/// Appends positions as little-endian f32, which must not overflow.
+pub(crate) fn push_singles(bytes: &mut Vec<u8>, path: &Path, yarn: usize, points: &[DVec3]) -> Result<()> {
+    let mut finite = true;
+    bytes.extend(points.iter().flat_map(|p| {
+        let q = p.as_vec3();
+        finite &= q.is_finite();
+        let mut raw = [0; 12];
+        raw.copy_from_slice(q.to_array().map(f32::to_le_bytes).as_flattened());
+        raw
+    }));
+    if finite {
+        return Ok(());
+    }
+    points.iter().try_for_each(|&p| check_single(path, yarn, p))
+}
+
+/// Errors if a position overflows as f32.
+pub(crate) fn check_single(path: &Path, yarn: usize, p: DVec3) -> Result<()> {
+    if p.as_vec3().is_finite() {
+        return Ok(());
     }
     Err(Error::invalid(format_args!(
         "{}: found {p} in yarn {}, expected coordinates within the range of f32",

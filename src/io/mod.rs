@@ -7,6 +7,7 @@ pub mod curves;
 pub mod mitsuba;
 pub mod npy;
 pub mod npz;
+pub mod npz_read;
 pub mod numbers;
 pub mod obj_lines;
 pub mod output;

@@ -37,7 +37,7 @@ impl NpyHeader {
             2 | 3 => (12, u32::from_le_bytes([start[8], start[9], start[10], start[11]]) as usize),
             version => return Err(wrong(format_args!("array format version {version}"), "1, 2 or 3")),
         };
-        if text < 2 || text > MAX_HEADER {
+        if !(2..=MAX_HEADER).contains(&text) {
             return Err(wrong(format_args!("an array header of {text} bytes"), "2 to 65536 bytes"));
         }
         Ok((before, text))
@@ -59,13 +59,16 @@ impl NpyHeader {
         let descr = value("descr")?;
         let quote = descr.chars().next().filter(|c| matches!(c, '\'' | '"'));
         let name = quote.and_then(|q| descr[1..].split(q).next()).unwrap_or(descr);
-        let bytes = name.as_bytes();
-        let known = match bytes {
-            [b'<' | b'>' | b'|' | b'=', b'f', b'4' | b'8'] => true,
-            [b'<' | b'>' | b'|' | b'=', b'i' | b'u', b'1' | b'2' | b'4' | b'8'] => true,
-            [b'<' | b'>' | b'|' | b'=', b'b', b'1'] => true,
-            _ => false,
+        let (order, kind, size) = match name.as_bytes() {
+            &[order, kind, size] => (order, kind, size),
+            _ => (0, 0, 0),
         };
+        let known = b"<>|=".contains(&order)
+            && match kind {
+                b'f' => b"48".contains(&size),
+                b'i' | b'u' => b"1248".contains(&size),
+                _ => (kind, size) == (b'b', b'1'),
+            };
         if !known {
             return Err(wrong(
                 format_args!("numbers of type {name}"),
@@ -84,7 +87,7 @@ impl NpyHeader {
         let Some(Some(shape)) = axes else {
             return Err(wrong(format_args!("the shape {shape}"), "a tuple of lengths"));
         };
-        Ok(Self { kind: bytes[1], size: (bytes[2] - b'0') as usize, big_endian: bytes[0] == b'>', shape })
+        Ok(Self { kind, size: (size - b'0') as usize, big_endian: order == b'>', shape })
     }
 
     /// Number of elements, or none if it overflows.

@@ -40,7 +40,7 @@ pub fn push_number(text: &mut Vec<u8>, x: f64, digits: i32) {
     }
     // Decimals after the point; the mantissa is value * 10^decimals.
     let mut decimals = digits - 1 - exponent;
-    while decimals > 0 && mantissa % 10 == 0 {
+    while decimals > 0 && mantissa.is_multiple_of(10) {
         mantissa /= 10;
         decimals -= 1;
     }

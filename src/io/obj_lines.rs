@@ -124,7 +124,9 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Parsed> {
                             return Err(s.line.error(word.column, n, expected));
                         }
                         _ => {
-                            return Err(s.line.unexpected(word, "a vertex index, counted from 1 or negative"));
+                            return Err(s
+                                .line
+                                .unexpected(word, "a vertex index, counted from 1 or negative"));
                         }
                     };
                     if index as u64 >= largest.0 {

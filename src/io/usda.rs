@@ -5,7 +5,9 @@
 //! Widths are diameters. Frames are time samples at their index. Closed yarns of fewer than three points are
 //! outside of what USD draws. The reader is in [`super::usda_read`].
 
-use super::curves::{FrameWriter, UpAxis, WriteOptions, frame_count_error, radius_of, single, visit_points};
+use super::curves::{
+    FrameWriter, UpAxis, WriteOptions, check_single, frame_count_error, radius_of, visit_points,
+};
 use super::numbers::{SINGLE, push_number};
 use super::output::Output;
 use crate::yarn::CurveSource;
@@ -167,7 +169,7 @@ impl UsdaWriter {
             visit_points(curves, yarn, |points| {
                 for part in points.chunks(1024) {
                     for &p in part {
-                        single(&path, yarn, p)?;
+                        check_single(&path, yarn, p)?;
                         text.extend_from_slice(if extent.is_some() { b", (" } else { b"(" });
                         let [low, high] = extent.get_or_insert([p, p]);
                         (*low, *high) = (low.min(p), high.max(p));

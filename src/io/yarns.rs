@@ -4,7 +4,7 @@
 //! point repeats its first (at least three others in between) is read as closed. Unit names are byte ranges of
 //! the `strs` chunk. Rest lengths refer to points by their number in the file and to units counted from 0.
 
-use super::curves::{CurveHeader, WriteOptions, radius_of, single, visit_points};
+use super::curves::{CurveHeader, WriteOptions, push_singles, radius_of, visit_points};
 use super::output::Output;
 use crate::yarn::{CurveCheckpoint, CurveSource, Curves};
 use crate::{Error, Result};
@@ -60,7 +60,7 @@ fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<[Chunk<'a>; 6]> {
                 format_args!("at most {left}, what is left of the file"),
             ));
         }
-        if size % record != 0 {
+        if !size.is_multiple_of(record) {
             let found = format!("a chunk '{name}' of {size} bytes");
             return Err(Error::binary(path, at + 4, found, format_args!("a multiple of {record}")));
         }
@@ -247,21 +247,20 @@ pub fn write(out: &mut Output, curves: &dyn CurveSource, options: &WriteOptions)
     out.put(&chunk(0, points)?)?;
     let mut buffer = Vec::new();
     for yarn in 0..yarns {
-        let mut first = None;
+        let mut first = Vec::new();
         visit_points(curves, yarn, |points| {
             for part in points.chunks(4096) {
                 buffer.clear();
-                for p in part {
-                    let p = single(&path, yarn, *p)?.map(f32::to_le_bytes);
-                    first.get_or_insert(p);
-                    buffer.extend_from_slice(p.as_flattened());
+                push_singles(&mut buffer, &path, yarn, part)?;
+                if first.is_empty() {
+                    first.extend_from_slice(buffer.get(..12).unwrap_or(&[]));
                 }
                 out.put(&buffer)?;
             }
             Ok(())
         })?;
-        if let Some(first) = first.filter(|_| curves.yarn_closed(yarn)) {
-            out.put(first.as_flattened())?;
+        if curves.yarn_closed(yarn) {
+            out.put(&first)?;
         }
     }
 

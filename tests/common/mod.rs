@@ -60,3 +60,20 @@ pub fn data() -> Option<PathBuf> {
     }
     folder
 }
+
+/// Extensions of all curve formats.
+pub const EXTENSIONS: [&str; 7] = ["yarns", "bcc", "obj", "npz", "usda", "txt", "pbrt"];
+
+/// Compares yarns; points may differ by `tolerance`.
+pub fn assert_same(found: &Curves, expected: &Curves, tolerance: f64, what: &str) {
+    assert_eq!(found.offsets, expected.offsets, "{what}");
+    assert_eq!(found.closed, expected.closed, "{what}");
+    for (a, b) in found.points.iter().zip(&expected.points) {
+        assert!(a.distance(*b) <= tolerance, "{what}: {a} {b}");
+    }
+    for (a, b) in found.radius.iter().zip(&expected.radius) {
+        if let (Some(a), Some(b)) = (a, b) {
+            assert!((a - b).abs() <= tolerance, "{what}: radius {a} {b}");
+        }
+    }
+}
