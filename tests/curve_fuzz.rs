@@ -5,6 +5,7 @@ mod common;
 
 use common::{Random, annotated, curves, data};
 use knotmesh::io::curves::{CurveReader, WriteOptions, open_frame_writer, write_curves};
+use npyz::WriterBuilder;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -80,6 +81,20 @@ fn samples(folder: &Path) -> Vec<(std::path::PathBuf, Vec<u8>)> {
             samples.push((path.clone(), std::fs::read(&path).unwrap()));
         }
     }
+    // Deflated entries, as NumPy's compressed archives have them.
+    let path = folder.join("a.npz");
+    let mut writer = npyz::npz::NpzWriter::create(&path).unwrap();
+    let points = (0..60).map(|i| (i % 7) as f64);
+    let builder = writer.array("points", Default::default()).unwrap().default_dtype().shape(&[2, 10, 3]);
+    let mut array = builder.begin_nd().unwrap();
+    array.extend(points).unwrap();
+    array.finish().unwrap();
+    let builder = writer.array("yarn_offsets", Default::default()).unwrap().default_dtype().shape(&[3]);
+    let mut array = builder.begin_nd().unwrap();
+    array.extend([0i64, 4, 10]).unwrap();
+    array.finish().unwrap();
+    drop(writer);
+    samples.push((path.clone(), std::fs::read(&path).unwrap()));
     samples
 }
 
