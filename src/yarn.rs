@@ -96,3 +96,17 @@ impl CurveSource for Curves {
         &self.checkpoints
     }
 }
+
+impl Curves {
+    /// No yarns yet; points are pushed, and [`Curves::end_yarn`] closes each yarn off.
+    pub fn empty() -> Self {
+        Self { offsets: vec![0], ..Self::default() }
+    }
+
+    /// Makes a yarn of the points pushed since the last one.
+    pub fn end_yarn(&mut self, closed: bool, radius: Option<f64>) {
+        self.offsets.push(self.points.len());
+        self.closed.push(closed);
+        self.radius.push(radius);
+    }
+}

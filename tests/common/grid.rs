@@ -28,7 +28,13 @@ pub fn stitch(key: &str) -> StitchType {
 /// A grid of quads; `key` gives the full key of the face at (row, column). Face (row, column) is number
 /// `row * columns + column`; edge 0 is below, 1 right, 2 above, 3 left. Positions are flat, `WIDTH` x `HEIGHT`
 /// a face (also where the grid wraps: give positions of your own then).
-pub fn grid(columns: usize, rows: usize, wrap: Wrap, welded: bool, key: impl Fn(usize, usize) -> String) -> StitchMesh {
+pub fn grid(
+    columns: usize,
+    rows: usize,
+    wrap: Wrap,
+    welded: bool,
+    key: impl Fn(usize, usize) -> String,
+) -> StitchMesh {
     let mut mesh = StitchMesh { face_offsets: vec![0], ..StitchMesh::default() };
     let lattice = |i: usize, k: usize| (k * (columns + 1) + i) as u32;
     let place = |i: usize, k: usize| DVec3::new(i as f64 * WIDTH, k as f64 * HEIGHT, 0.0);

@@ -1,11 +1,12 @@
 //! Meshes and helpers that several tests share.
 #![allow(dead_code)]
 
+pub mod curves;
 pub mod grid;
 pub mod run;
 
 /// A small generator of random numbers (xorshift), so that a seed names a case.
-pub struct Random(u64);
+pub struct Random(pub u64);
 
 impl Random {
     pub fn new(seed: u64) -> Self {
