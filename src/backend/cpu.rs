@@ -238,9 +238,16 @@ fn unsolved<T: Real>() -> FaceResult<T> {
     FaceResult { energy_start: T::zero(), energy: T::zero(), status: Status::Interpolated }
 }
 
-/// The middle of the bounding box.
+/// The median position, coordinate by coordinate, of a regular sample: in the midst of the mesh even when some
+/// vertices are far off.
 fn middle(positions: &[DVec3]) -> DVec3 {
-    let first = positions.first().copied().unwrap_or_default();
-    let (low, high) = positions.iter().fold((first, first), |(l, h), p| (l.min(*p), h.max(*p)));
-    low * 0.5 + high * 0.5
+    const SAMPLE: usize = 1024;
+    let every = positions.len().div_ceil(SAMPLE).max(1);
+    let median = |axis: usize| {
+        let mut values: Vec<f64> = positions.iter().step_by(every).map(|p| p[axis]).collect();
+        let half = values.len() / 2;
+        values.sort_by(f64::total_cmp);
+        values.get(half).copied().unwrap_or(0.0)
+    };
+    DVec3::new(median(0), median(1), median(2))
 }
