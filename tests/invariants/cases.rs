@@ -6,17 +6,23 @@ use glam::DVec3;
 use knotmesh::ids::VertexId;
 use knotmesh::mesh::{FaceEdge, StitchMesh};
 
-const RIGHTWARD: [&str; 4] = [
+const RIGHTWARD: [&str; 6] = [
     "knit+ -lX +yX +lX -yX",
     "purl+ -lX +yX +lX -yX",
     "knit-twisted+ -lX +yX +lX -yX",
     "slip+ -lX +yX +lX -yX",
+    "tuck+ -lX +yX +lX -yX",
+    "knittuck+ -lX +yX +lX -yX",
 ];
-const LEFTWARD: [&str; 4] = [
+/// A tuck holds two loops on its upper edge, off the surface; a knit through both must follow.
+const TUCK: usize = 4;
+const LEFTWARD: [&str; 6] = [
     "knit- -lX -yX +lX +yX",
     "purl- -lX -yX +lX +yX",
     "knit-twisted- -lX -yX +lX +yX",
     "slip- -lX -yX +lX +yX",
+    "tuck- -lX -yX +lX +yX",
+    "knittuck- -lX -yX +lX +yX",
 ];
 
 /// A grid of random size, wrap and stitches, at rest.
@@ -26,7 +32,15 @@ pub fn random_grid(random: &mut Random) -> StitchMesh {
     let (columns, rows) = (2 + random.below(4), 2 + random.below(4));
     let columns = if flat { columns } else { columns + 3 };
     let welded = flat && random.below(2) == 0;
-    let picks: Vec<usize> = (0..columns * rows).map(|_| random.below(4)).collect();
+    let mut picks: Vec<usize> = Vec::new();
+    for face in 0..columns * rows {
+        let below = face.checked_sub(columns).map(|f| picks[f]);
+        let last_row = face + columns >= columns * rows;
+        picks.push(match below {
+            Some(TUCK) => TUCK + 1,
+            _ => random.below(if last_row { TUCK } else { TUCK + 1 }),
+        });
+    }
     let mesh = grid(columns, rows, wrap, welded, |k, i| {
         let rightward = !flat || k % 2 == 0;
         (if rightward { RIGHTWARD } else { LEFTWARD })[picks[k * columns + i]].to_string()
