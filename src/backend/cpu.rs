@@ -221,16 +221,19 @@ impl<T: Real<Mask = bool>> Backend<T> for CpuBackend<T> {
     }
 }
 
-/// Sum of the cross products of a polygon's triangles, halved; zero if that is not finite, so that one bad
-/// face spoils no neighbour's normal.
+/// The vector area of a polygon; zero for one so thin that it has no frame either (see
+/// [`crate::knot::frame::face_frame`]) or not finite, so that a bad face spoils no neighbour's normal.
 fn vector_area<T: Real>(vertices: &[u32], local: &[V3<T>]) -> V3<T> {
     let first = local[vertices[0] as usize];
-    let mut sum = V3::zero();
+    let (mut sum, mut size) = (V3::zero(), T::zero());
     for pair in vertices[1..].windows(2) {
-        sum = sum + (local[pair[0] as usize] - first).cross(local[pair[1] as usize] - first);
+        let (a, b) = (local[pair[0] as usize] - first, local[pair[1] as usize] - first);
+        sum = sum + a.cross(b);
+        size += a.dot(a) + b.dot(b);
     }
     let area = sum * T::of(0.5);
-    V3::select(area.finite(), area, V3::zero())
+    let wide = T::and((T::of(1e-6) * size).lt(area.length()), size.finite());
+    V3::select(T::and(wide, area.finite()), area, V3::zero())
 }
 
 /// What is reported of a face with nothing to solve.

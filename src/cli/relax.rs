@@ -5,7 +5,7 @@ use super::report::{FrameReport, Inputs, Report, Seconds};
 use super::{Console, Ending};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
-use knotmesh::curve::{CurveExtras, FrameCurves};
+use knotmesh::curve::{CurveExtras, FrameCurves, UNIFORM_SUBDIVISION};
 use knotmesh::ids::FaceId;
 use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_writer};
 use knotmesh::io::frames::{Frames, frame_range};
@@ -72,7 +72,7 @@ pub struct Arguments {
     #[arg(long)]
     pub gauge: Option<f64>,
     /// Extra curve points per segment; 0 writes control points (.bcc and .usda, whose splines are uniform,
-    /// get at least 4).
+    /// get at least 6).
     #[arg(long, default_value_t = 4)]
     pub subdivide: usize,
     /// Threads; 0 takes one per core.
@@ -300,7 +300,7 @@ impl Job<'_> {
             .map(|path| {
                 let format = CurveFormat::from_path(path)?;
                 // Uniform splines overshoot between unevenly spaced control points; samples do not.
-                let least = if format.is_uniform_spline() { 4 } else { 0 };
+                let least = if format.is_uniform_spline() { UNIFORM_SUBDIVISION } else { 0 };
                 let subdivide = self.arguments.subdivide.max(least);
                 let writer = if format == CurveFormat::Npz {
                     Writer::Result(Box::new(ResultWriter::create(

@@ -5,10 +5,11 @@ use crate::common::grid::{Wrap, grid};
 use crate::common::run::{Run, run};
 use crate::{MODES, options};
 use glam::DVec3;
+use knotmesh::ids::FaceId;
 use knotmesh::knot::{Settings, Solver, Start, Status};
 use knotmesh::math::Real;
 use knotmesh::mesh::StitchMesh;
-use knotmesh::scene::Mode;
+use knotmesh::scene::{Mode, Role};
 use knotmesh::template::TemplateLibrary;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -38,7 +39,7 @@ fn assert_finite<T: Real<Mask = bool>>(run: &Run<T>, what: &str) {
 const POISON: [f64; 10] =
     [0.0, -0.0, 1e-30, -1e-30, 1e30, -1e30, 5e-324, f64::MIN_POSITIVE, 1e300, f32::MAX as f64];
 
-/// Seeded faults: no check of the final points; vector areas not checked before they are summed.
+/// Seeded fault: positions not clamped.
 fn poisoned<T: Real<Mask = bool>>(seed: u64) {
     let (_, mut mesh, mut random) = case(seed, 0.3);
     for _ in 0..=random.below(4) {
@@ -96,6 +97,45 @@ fn degenerate<T: Real<Mask = bool>>() {
             }
         }
     }
+}
+
+/// A face so large that its area overflows f32 is left out of its neighbours' normals: their knots stay where
+/// they are, offset and all. Seeded fault: vector areas not checked before they are summed.
+#[test]
+fn an_overflowing_area_spoils_no_normal() {
+    let good = swatch();
+    let mut bad = good.clone();
+    bad.positions[good.face(5usize.into())[2].index()] = DVec3::new(0.0, 0.0, 1e30);
+    let [clean, run] = [&good, &bad].map(|m| with_gauge::<f32>(m, Mode::Relax, &Settings::default()));
+    let (clean_points, points) = (clean.by_face(), run.by_face());
+    let mut compared = 0;
+    for ((face, point), at) in points {
+        let (stencil, _) = run.scene.face_stencil(FaceId(face)).unwrap();
+        if face != 5 && matches!(stencil.points[point].role, Role::Contact | Role::Control) {
+            let off = (at - clean_points[&(face, point)]).length();
+            assert!(off < 1e-4, "face {face}, point {point} moved by {off}");
+            compared += 1;
+        }
+    }
+    assert_eq!(compared, 15 * 12);
+}
+
+/// A face that has a frame but whose energy overflows falls back too. Seeded fault: no check of the end.
+#[test]
+fn an_overflowing_energy_falls_back() {
+    fn check<T: Real<Mask = bool>>(size: f64) {
+        let mut mesh = swatch();
+        for corner in mesh.face(5usize.into()).to_vec() {
+            mesh.positions[corner.index()] *= size;
+        }
+        for solver in [Solver::Safeguarded, Solver::GaussNewton] {
+            let run = with_gauge::<T>(&mesh, Mode::Relax, &Settings { solver, ..Settings::default() });
+            assert_finite(&run, "overflowing energy");
+            assert_eq!(run.output.face(&run.scene, 5usize.into()).status, Status::FellBack);
+        }
+    }
+    check::<f32>(1e19);
+    check::<f64>(1e154);
 }
 
 proptest! {
