@@ -31,6 +31,8 @@ pub fn random_grid(random: &mut Random) -> StitchMesh {
     let flat = wrap == Wrap::Flat;
     let (columns, rows) = (2 + random.below(4), 2 + random.below(4));
     let columns = if flat { columns } else { columns + 3 };
+    // Around a ring of two rows the normals would cancel.
+    let rows = if wrap == Wrap::Torus { rows + 2 } else { rows };
     let welded = flat && random.below(2) == 0;
     let mut picks: Vec<usize> = Vec::new();
     for face in 0..columns * rows {

@@ -7,6 +7,7 @@ mod cases;
 mod common;
 mod finite;
 mod knots;
+mod surface;
 mod symmetry;
 mod yarns;
 
