@@ -30,7 +30,7 @@ enum Source {
 }
 
 impl Frames {
-    /// Opens a `.npy` file (an array [frame, vertex, 3], or [vertex, 3] for one frame, of 4- or 8-byte
+    /// Opens a `.npy` file (an array `[frame, vertex, 3]`, or `[vertex, 3]` for one frame, of 4- or 8-byte
     /// floats) or the OBJ files that match a pattern such as `frame*.obj`, in natural order: `frame2`
     /// before `frame10`. `vertex_count` is the mesh's.
     pub fn open(pattern: &str, vertex_count: usize) -> Result<Self> {

@@ -1,6 +1,6 @@
 //! The curves of the project's own result file (`.npz`), read frame by frame. [`super::npz`] lists the arrays.
 //!
-//! `points` ([frame, point, 3] or [point, 3], floats or integers) and `yarn_offsets` must be there; `yarn_closed`,
+//! `points` (`[frame, point, 3]` or `[point, 3]`, floats or integers) and `yarn_offsets` must be there; `yarn_closed`,
 //! `radius` (one number, or one per yarn) and `origin` may be.
 
 use super::curves::CurveHeader;
