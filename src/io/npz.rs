@@ -114,7 +114,7 @@ impl NpzWriter {
         frame_count: usize,
         arrays: &StaticArrays,
     ) -> Result<Self> {
-        let mut zip = ZipWriter::new(Output::create(path)?);
+        let mut zip = ZipWriter::new(Output::create(path)?)?;
         let points = *arrays.yarn_offsets.last().unwrap_or(&0) as u64;
         let float = float_name(precision);
         if let NpzPrecision::F32 { origin } = precision {
@@ -246,7 +246,6 @@ impl NpzWriter {
         if self.frames != self.frame_count {
             return Err(frame_count_error(&self.path, self.frames, self.frame_count));
         }
-        self.zip.end()?;
         for ((name, axis), all) in FRAME_ARRAYS.into_iter().zip(&self.collected) {
             let Some(all) = all else { continue };
             let (descr, size) = match name {
@@ -288,8 +287,7 @@ fn entry(zip: &mut ZipWriter, name: &str, descr: &str, shape: &[u64], data: &[u8
     let header = header_bytes(descr, shape);
     zip.begin(&format!("{name}.npy"), (header.len() + data.len()) as u64)?;
     zip.write(&header)?;
-    zip.write(data)?;
-    zip.end()
+    zip.write(data)
 }
 
 fn length_error(path: &Path, name: &str, found: usize, expected: usize) -> Error {
