@@ -150,7 +150,7 @@ fn messages_name_the_place() {
             "4:42: found unknown field `tile`, expected one of `center`, `tilt`, `half_length`",
         ),
         ("\"z\": -0.1", "\"z\": 0, \"z\": 1", "5:89: found duplicate field `z`, expected a template as JSON"),
-        ("] }\n]\n", "] }\n", "11:1: found the end of the file, expected the rest of a list"),
+        ("} }\n]\n", "} }\n", "11:1: found the end of the file, expected the rest of a list"),
         ("\"version\": 1", "\"version\": 2", "2:1: found version 2, expected version 1"),
         ("\"contact\": -1", "\"contact\": 2", "2:1: found sign 2 at point 1 of a yarn, expected 1 or -1"),
         (
@@ -171,7 +171,7 @@ fn messages_name_the_place() {
         (
             "\"from\": \"a -l1 +y +l -y\"",
             "\"from\": \"c -l1 +y +l -y\"",
-            "9:1: found 'c -l1 +y +l -y' derived in a circle, expected 'b -l1 -y +l +y' to lead to a template",
+            "8:1: found 'b -l1 -y +l +y' derived in a circle, expected 'c -l1 +y +l -y' to lead to a template",
         ),
         (
             "[\"-l1\", \"-y\", \"+l\", \"+y\"]",

@@ -238,7 +238,7 @@ fn from_plain(face: &PlainTemplate, unit: f64) -> Template {
     let corners: Vec<_> = face.corners.iter().map(|c| *c / unit).collect();
     let point = |p: &PlainPoint| match *p {
         PlainPoint::Boundary { edge, along, z } => {
-            TemplatePoint { place: Place::Boundary { edge: edge as u32, along }, z: z / unit }
+            TemplatePoint { place: Place::Boundary { edge, along }, z: z / unit }
         }
         PlainPoint::Interior(p) => {
             TemplatePoint { place: Place::Free { at: p.truncate() / unit }, z: p.z / unit }
