@@ -83,7 +83,7 @@ pub struct CurveExtras {
     pub units: Vec<(String, f64)>,
     /// Rest lengths; their points count control points.
     pub checkpoints: Vec<CurveCheckpoint>,
-    /// [face] line of the pattern, or empty.
+    /// `[face]` line of the pattern, or empty.
     pub face_source: Vec<u32>,
 }
 

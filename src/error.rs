@@ -54,7 +54,7 @@ impl Error {
             line,
             column,
             found: one_line(found.to_string()),
-            expected: expected.to_string(),
+            expected: one_line(expected.to_string()),
         }
     }
 

@@ -53,13 +53,13 @@ pub struct CurveCheckpoint {
 pub struct Curves {
     /// Points of all yarns, one yarn after the other, world units.
     pub points: Vec<DVec3>,
-    /// [yarn + 1] yarn i is `points[offsets[i] .. offsets[i + 1]]`.
+    /// `[yarn + 1]` yarn i is `points[offsets[i] .. offsets[i + 1]]`.
     pub offsets: Vec<usize>,
-    /// [yarn] closed yarns do not repeat their first point.
+    /// `[yarn]` closed yarns do not repeat their first point.
     pub closed: Vec<bool>,
-    /// [yarn] radius, world units, where the file has one.
+    /// `[yarn]` radius, world units, where the file has one.
     pub radius: Vec<Option<f64>>,
-    /// [point] pattern line, or empty.
+    /// `[point]` pattern line, or empty.
     pub sources: Vec<u32>,
     /// Yarn length units.
     pub units: Vec<(String, f64)>,

@@ -268,6 +268,12 @@ fn npz_results() {
     writer.frame(&moved, &frame).unwrap();
     writer.frame(&moved, &frame).unwrap();
     writer.finish().unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let mut writer = NpzWriter::create(&path, NpzPrecision::F32 { origin }, 2, &arrays).unwrap();
+    writer.frame(&moved, &frame).unwrap();
+    writer.frame(&moved, &frame).unwrap();
+    writer.finish().unwrap();
+    assert!(bytes == std::fs::read(&path).unwrap(), "equal input gives equal files");
     let found = read_curves(&path).unwrap();
     assert_eq!(found.len(), 2);
     assert_same(&found[1], &moved, 1e-6, "npz with origin");
@@ -341,52 +347,13 @@ fn npz_by_another_writer() {
     assert_eq!(found.radius, [None, None]);
 }
 
-/// Points that exist only while they are visited.
-struct Endless(usize);
-
-impl CurveSource for Endless {
-    fn yarn_count(&self) -> usize {
-        1
-    }
-    fn yarn_closed(&self, _: usize) -> bool {
-        false
-    }
-    fn yarn_len(&self, _: usize) -> usize {
-        self.0
-    }
-    fn yarn_radius(&self, _: usize) -> Option<f64> {
-        Some(0.1)
-    }
-    fn visit(
-        &self,
-        _: usize,
-        sink: &mut dyn FnMut(&[DVec3]) -> knotmesh::Result<()>,
-    ) -> knotmesh::Result<()> {
-        // The same points over and over, so that only the writers take time.
-        let chunk: [DVec3; 4096] =
-            std::array::from_fn(|i| DVec3::new((i % 7) as f64 / 3.0, (i % 13) as f64 / 7.0, 1e-4 * i as f64));
-        let mut left = self.0;
-        while left > 0 {
-            let n = left.min(chunk.len());
-            sink(&chunk[..n])?;
-            left -= n;
-        }
-        Ok(())
-    }
-}
-
-/// Run with `--ignored --nocapture`: what each writer takes for seven million points.
+#[cfg(unix)]
 #[test]
-#[ignore = "a measurement"]
-fn writer_speed() {
+fn npz_needs_a_file() {
     let folder = tempfile::tempdir().unwrap();
-    for extension in EXTENSIONS {
-        let path = folder.path().join(format!("a.{extension}"));
-        let start = std::time::Instant::now();
-        write_curves(&path, &Endless(7_000_000), &WriteOptions::default()).unwrap();
-        let seconds = start.elapsed().as_secs_f64();
-        let bytes = std::fs::metadata(&path).unwrap().len();
-        println!("{extension:6} {seconds:6.2} s {:8.1} MB", bytes as f64 / 1e6);
-        std::fs::remove_file(&path).unwrap();
-    }
+    let path = folder.path().join("a.npz");
+    std::os::unix::fs::symlink("/dev/full", &path).unwrap();
+    let error = write_curves(&path, &curves(1, &[(2, false)], None), &WriteOptions::default()).unwrap_err();
+    let expected = format!("{}: found a device or a pipe, expected a file", path.display());
+    assert_eq!(error.to_string(), expected);
 }

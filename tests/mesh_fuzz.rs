@@ -1,5 +1,8 @@
 //! Broken input: whatever the bytes, readers return a result or an error of one line. Deterministic.
 
+mod common;
+
+use common::Random;
 use knotmesh::Error;
 use knotmesh::io::frames::Frames;
 use knotmesh::io::{obj_mesh, sf, smobj};
@@ -39,52 +42,40 @@ const POISON: [&[u8]; 18] = [
     b"",
 ];
 
-/// A small generator of numbers (xorshift).
-struct Dice(u64);
-
-impl Dice {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as usize % n.max(1)
-    }
-
-    /// The sample with one to four changes.
-    fn mutate(&mut self, sample: &[u8]) -> Vec<u8> {
-        let mut bytes = sample.to_vec();
-        for _ in 0..1 + self.below(4) {
-            let at = self.below(bytes.len());
-            match self.below(7) {
-                0 if !bytes.is_empty() => bytes[at] ^= 1 << self.below(8),
-                1 => bytes.insert(at, self.below(256) as u8),
-                2 => bytes.insert(at, b" \n\t#/-.()[]:,"[self.below(13)]),
-                3 => {
-                    let end = (at + self.below(9)).min(bytes.len());
-                    bytes.drain(at..end);
-                }
-                4 => self.swap_lines(&mut bytes),
-                5 => bytes.truncate(at),
-                _ => self.poison(&mut bytes, at),
+/// The sample with one to four changes.
+fn mutate(dice: &mut Random, sample: &[u8]) -> Vec<u8> {
+    let mut bytes = sample.to_vec();
+    for _ in 0..1 + dice.below(4) {
+        let at = dice.below(bytes.len());
+        match dice.below(7) {
+            0 if !bytes.is_empty() => bytes[at] ^= 1 << dice.below(8),
+            1 => bytes.insert(at, dice.below(256) as u8),
+            2 => bytes.insert(at, b" \n\t#/-.()[]:,"[dice.below(13)]),
+            3 => {
+                let end = (at + dice.below(9)).min(bytes.len());
+                bytes.drain(at..end);
             }
+            4 => swap_lines(dice, &mut bytes),
+            5 => bytes.truncate(at),
+            _ => poison(dice, &mut bytes, at),
         }
-        bytes
     }
+    bytes
+}
 
-    fn swap_lines(&mut self, bytes: &mut Vec<u8>) {
-        let mut lines: Vec<_> = bytes.split(|&b| b == b'\n').map(<[u8]>::to_vec).collect();
-        let (a, b) = (self.below(lines.len()), self.below(lines.len()));
-        lines.swap(a, b);
-        *bytes = lines.join(&b'\n');
-    }
+fn swap_lines(dice: &mut Random, bytes: &mut Vec<u8>) {
+    let mut lines: Vec<_> = bytes.split(|&b| b == b'\n').map(<[u8]>::to_vec).collect();
+    let (a, b) = (dice.below(lines.len()), dice.below(lines.len()));
+    lines.swap(a, b);
+    *bytes = lines.join(&b'\n');
+}
 
-    /// Puts a poisonous word in place of the word at `at`.
-    fn poison(&mut self, bytes: &mut Vec<u8>, at: usize) {
-        let is_word = |b: &u8| !b.is_ascii_whitespace() && !b"()[]:,".contains(b);
-        let begin = at - bytes[..at].iter().rev().take_while(|b| is_word(b)).count();
-        let end = at + bytes[at..].iter().take_while(|b| is_word(b)).count();
-        bytes.splice(begin..end, POISON[self.below(POISON.len())].iter().copied());
-    }
+/// Puts a poisonous word in place of the word at `at`.
+fn poison(dice: &mut Random, bytes: &mut Vec<u8>, at: usize) {
+    let is_word = |b: &u8| !b.is_ascii_whitespace() && !b"()[]:,".contains(b);
+    let begin = at - bytes[..at].iter().rev().take_while(|b| is_word(b)).count();
+    let end = at + bytes[at..].iter().take_while(|b| is_word(b)).count();
+    bytes.splice(begin..end, POISON[dice.below(POISON.len())].iter().copied());
 }
 
 /// Runs `read` on every truncation and on many mutations; says how many were accepted.
@@ -102,8 +93,8 @@ fn shake<T>(sample: &[u8], rounds: usize, read: impl Fn(&[u8]) -> Result<T, Erro
     for end in 0..sample.len() {
         check(&sample[..end]);
     }
-    let mut dice = Dice(0x9e37_79b9_7f4a_7c15);
-    let accepted: usize = (0..rounds).map(|_| check(&dice.mutate(sample))).sum();
+    let mut dice = Random(0x9e37_79b9_7f4a_7c15);
+    let accepted: usize = (0..rounds).map(|_| check(&mutate(&mut dice, sample))).sum();
     // Both outcomes must be common, or the mutations say little.
     assert!(accepted > rounds / 50 && accepted < rounds - rounds / 50, "{accepted} of {rounds} accepted");
 }
@@ -175,12 +166,12 @@ fn polygons() {
 
 #[test]
 fn lines_in_any_order() {
-    let mut dice = Dice(7);
+    let mut dice = Random(7);
     for sample in [SMOBJ, SF, OBJ] {
         for _ in 0..2000 {
             let mut bytes = sample.to_vec();
             for _ in 0..10 {
-                dice.swap_lines(&mut bytes);
+                swap_lines(&mut dice, &mut bytes);
             }
             for error in [
                 smobj::read(path(), &bytes).err(),

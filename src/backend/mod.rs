@@ -30,11 +30,11 @@ pub struct FrameOutput<T> {
     pub origin: DVec3,
     /// World units per template unit.
     pub gauge: f64,
-    /// [point] control points in the order of [`crate::scene::Yarns`].
+    /// `[point]` control points in the order of [`crate::scene::Yarns`].
     pub points: Vec<V3<T>>,
-    /// [knot] end states, in batch order.
+    /// `[knot]` end states, in batch order.
     pub knots: Vec<KnotState<T>>,
-    /// [face] in batch order.
+    /// `[face]` in batch order.
     pub faces: Vec<FaceResult<T>>,
 }
 

@@ -1,8 +1,9 @@
 //! `knotmesh info`: what is in a file.
 
-use super::inputs::{self, Rename, extension};
+use super::inputs::{self, Rename};
 use super::{print, templates};
 use knotmesh::io::curve_info::curve_info;
+use knotmesh::io::text::extension;
 use knotmesh::measure::misfit::misfit;
 use knotmesh::mesh::StitchMesh;
 use knotmesh::mesh::corners::{CornerGroups, gaps};

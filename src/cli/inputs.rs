@@ -1,5 +1,6 @@
 //! Meshes and libraries as the commands take them.
 
+use knotmesh::io::text::extension;
 use knotmesh::io::{obj_mesh, smobj};
 use knotmesh::mesh::{StitchMesh, StitchType};
 use knotmesh::scene::rename_types;
@@ -35,11 +36,6 @@ impl std::str::FromStr for Rename {
         }
         Ok(Self { from, to })
     }
-}
-
-/// Lower-case extension of a path.
-pub fn extension(path: &Path) -> String {
-    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
 /// Reads a mesh (`.smobj`, or `.obj` with stitches named by material or group) and renames its stitches.

@@ -30,7 +30,7 @@ pub struct Arguments {
     /// definition of a key wins.
     #[arg(long, value_name = "FILE|DIR")]
     pub templates: Vec<PathBuf>,
-    /// Vertex positions over time: .npy [frame, vertex, 3], or OBJ files by a (quoted) glob pattern. Without
+    /// Vertex positions over time: .npy `[frame, vertex, 3]`, or OBJ files by a (quoted) glob pattern. Without
     /// it, the mesh's own positions are the one frame.
     #[arg(long, value_name = "FRAMES")]
     pub frames: Option<String>,

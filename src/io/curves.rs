@@ -41,7 +41,7 @@ const EXTENSIONS: [(&str, CurveFormat); 7] = [
 impl CurveFormat {
     /// The format that a path's extension stands for, in any case.
     pub fn from_path(path: &Path) -> Result<Self> {
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+        let extension = text::extension(path);
         EXTENSIONS.iter().find(|(known, _)| *known == extension).map(|&(_, format)| format).ok_or_else(|| {
             let known: Vec<_> = EXTENSIONS.iter().map(|(e, _)| format!(".{e}")).collect();
             let found = if extension.is_empty() {

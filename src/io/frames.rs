@@ -3,7 +3,6 @@
 //! One frame is read at a time, so that a long sequence takes no more memory than a short one.
 
 mod npy;
-mod npy_header;
 mod order;
 mod range;
 
@@ -30,8 +29,8 @@ enum Source {
 }
 
 impl Frames {
-    /// Opens a `.npy` file (an array [frame, vertex, 3], or [vertex, 3] for one frame, of 4- or 8-byte
-    /// floats) or the OBJ files that match a pattern such as `frame*.obj`, in natural order: `frame2`
+    /// Opens a `.npy` file (an array `[frame, vertex, 3]`, or `[vertex, 3]` for one frame, of floats or
+    /// integers) or the OBJ files that match a pattern such as `frame*.obj`, in natural order: `frame2`
     /// before `frame10`. `vertex_count` is the mesh's.
     pub fn open(pattern: &str, vertex_count: usize) -> Result<Self> {
         let path = Path::new(pattern);

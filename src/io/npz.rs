@@ -2,17 +2,17 @@
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `points` | [frame, point, 3] f32 or f64 | positions, yarns one after the other (f32: add `origin`) |
-//! | `origin` | [3] f64 | only beside f32 points |
-//! | `yarn_offsets` | [yarn + 1] u32 | yarn i is points offsets[i] .. offsets[i+1] |
-//! | `yarn_closed` | [yarn] bool | closed yarns do not repeat their first point |
+//! | `points` | `[frame, point, 3]` f32 or f64 | positions, yarns one after the other (f32: add `origin`) |
+//! | `origin` | `[3]` f64 | only beside f32 points |
+//! | `yarn_offsets` | `[yarn + 1]` u32 | yarn i is points `offsets[i]` .. `offsets[i+1]` |
+//! | `yarn_closed` | `[yarn]` bool | closed yarns do not repeat their first point |
 //! | `radius`, `gauge` | scalar | yarn radius; world units per template unit |
-//! | `point_face`, `point_knot` | [point] i32 | owning face; knot within that face or -1 |
-//! | `point_role` | [point] u8 | 0 boundary, 1 contact, 2 control, 3 free, 4 sample |
-//! | `face_knot_offsets` | [face + 1] u32 | knots of face f are offsets[f] .. offsets[f+1] |
-//! | `knot_direction`, `knot_half_length` | [frame, knot, 2], [frame, knot] | in the face frame, template units |
-//! | `face_energy_start`, `face_energy` | [frame, face] | energy at the start and at the end |
-//! | `face_status` | [frame, face] u8 | how the solve ended |
+//! | `point_face`, `point_knot` | `[point]` i32 | owning face; knot within that face or -1 |
+//! | `point_role` | `[point]` u8 | 0 boundary, 1 contact, 2 control, 3 free, 4 sample |
+//! | `face_knot_offsets` | `[face + 1]` u32 | knots of face f are `offsets[f]` .. `offsets[f+1]` |
+//! | `knot_direction`, `knot_half_length` | `[frame, knot, 2]`, `[frame, knot]` | in the face frame, template units |
+//! | `face_energy_start`, `face_energy` | `[frame, face]` | energy at the start and at the end |
+//! | `face_status` | `[frame, face]` u8 | how the solve ended |
 //!
 //! Arrays that the source of the curves does not know are left out; a conversion from another curve format writes
 //! `points` (f64), `yarn_offsets`, `yarn_closed` and, where all yarns have the same, `radius`. The reader is in
@@ -51,36 +51,36 @@ pub enum Floats<'a> {
 /// Arrays that are the same in all frames. Empty ones and `None` are left out, but for the yarns.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StaticArrays<'a> {
-    /// [yarn + 1] first point of each yarn, and the number of points.
+    /// `[yarn + 1]` first point of each yarn, and the number of points.
     pub yarn_offsets: &'a [u32],
-    /// [yarn]
+    /// `[yarn]`
     pub yarn_closed: &'a [bool],
     /// Yarn radius, world units.
     pub radius: Option<f64>,
     /// World units per template unit.
     pub gauge: Option<f64>,
-    /// [point] owning face.
+    /// `[point]` owning face.
     pub point_face: &'a [i32],
-    /// [point] knot within the face, or -1.
+    /// `[point]` knot within the face, or -1.
     pub point_knot: &'a [i32],
-    /// [point] 0 boundary, 1 contact, 2 control, 3 free, 4 sample.
+    /// `[point]` 0 boundary, 1 contact, 2 control, 3 free, 4 sample.
     pub point_role: &'a [u8],
-    /// [face + 1] first knot of each face, and the number of knots.
+    /// `[face + 1]` first knot of each face, and the number of knots.
     pub face_knot_offsets: &'a [u32],
 }
 
 /// Arrays of one frame beside its points. A frame must have those that the first one had, in the same lengths.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrameArrays<'a> {
-    /// [knot, 2] directions in the face frame.
+    /// `[knot, 2]` directions in the face frame.
     pub knot_direction: Option<Floats<'a>>,
-    /// [knot] half lengths, template units.
+    /// `[knot]` half lengths, template units.
     pub knot_half_length: Option<Floats<'a>>,
-    /// [face] energy at the start.
+    /// `[face]` energy at the start.
     pub face_energy_start: Option<Floats<'a>>,
-    /// [face] energy at the end.
+    /// `[face]` energy at the end.
     pub face_energy: Option<Floats<'a>>,
-    /// [face] how the solve ended.
+    /// `[face]` how the solve ended.
     pub face_status: Option<&'a [u8]>,
 }
 
@@ -102,7 +102,7 @@ pub struct NpzWriter {
     frames: usize,
     yarn_offsets: Vec<u32>,
     yarn_closed: Vec<bool>,
-    /// [array] what was collected of the per-frame arrays; none: they are left out.
+    /// `[array]` what was collected of the per-frame arrays; none: they are left out.
     collected: [Option<Vec<u8>>; 5],
 }
 
@@ -114,7 +114,7 @@ impl NpzWriter {
         frame_count: usize,
         arrays: &StaticArrays,
     ) -> Result<Self> {
-        let mut zip = ZipWriter::new(Output::create(path)?);
+        let mut zip = ZipWriter::new(Output::create(path)?)?;
         let points = *arrays.yarn_offsets.last().unwrap_or(&0) as u64;
         let float = float_name(precision);
         if let NpzPrecision::F32 { origin } = precision {
@@ -246,7 +246,6 @@ impl NpzWriter {
         if self.frames != self.frame_count {
             return Err(frame_count_error(&self.path, self.frames, self.frame_count));
         }
-        self.zip.end()?;
         for ((name, axis), all) in FRAME_ARRAYS.into_iter().zip(&self.collected) {
             let Some(all) = all else { continue };
             let (descr, size) = match name {
@@ -288,8 +287,7 @@ fn entry(zip: &mut ZipWriter, name: &str, descr: &str, shape: &[u64], data: &[u8
     let header = header_bytes(descr, shape);
     zip.begin(&format!("{name}.npy"), (header.len() + data.len()) as u64)?;
     zip.write(&header)?;
-    zip.write(data)?;
-    zip.end()
+    zip.write(data)
 }
 
 fn length_error(path: &Path, name: &str, found: usize, expected: usize) -> Error {

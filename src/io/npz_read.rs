@@ -1,6 +1,6 @@
 //! The curves of the project's own result file (`.npz`), read frame by frame. [`super::npz`] lists the arrays.
 //!
-//! `points` ([frame, point, 3] or [point, 3], floats or integers) and `yarn_offsets` must be there; `yarn_closed`,
+//! `points` (`[frame, point, 3]` or `[point, 3]`, floats or integers) and `yarn_offsets` must be there; `yarn_closed`,
 //! `radius` (one number, or one per yarn) and `origin` may be.
 
 use super::curves::CurveHeader;
@@ -170,18 +170,23 @@ impl NpzReader {
 }
 
 fn read_header(path: &Path, reader: &mut EntryReader, entry: &Entry) -> Result<NpyHeader> {
-    let place = |(found, expected): Mismatch| {
-        Error::binary(path, entry.at as usize, format_args!("{found} in '{}'", entry.name), expected)
+    let place = |Mismatch { at, found, expected }: Mismatch| {
+        let found = format!("{found} at byte {at} of '{}'", entry.name);
+        Error::binary(path, entry.at as usize, found, expected)
     };
-    let mut start = [0; 12];
-    reader.read_exact(&mut start)?;
-    let (before, length) = NpyHeader::lengths(&start).map_err(place)?;
+    let mut bytes = vec![0; 12];
+    reader.read_exact(&mut bytes)?;
+    let (before, length) = NpyHeader::lengths(&bytes).map_err(place)?;
     // A version 1 header begins two bytes before the end of these twelve.
-    let mut text = start[before..].to_vec();
-    let begin = text.len();
-    text.resize(length, 0);
-    reader.read_exact(&mut text[begin..])?;
-    NpyHeader::parse(&text).map_err(place)
+    bytes.resize((before + length).max(12), 0);
+    reader.read_exact(&mut bytes[12..])?;
+    let header = NpyHeader::parse(&bytes).map_err(place)?;
+    if header.fortran_order {
+        let found = format!("the array '{}' in Fortran order", entry.name);
+        let expected = "C order (np.ascontiguousarray gives it)";
+        return Err(Error::binary(path, entry.at as usize, found, expected));
+    }
+    Ok(header)
 }
 
 fn shape_error(path: &Path, entry: &Entry, npy: &NpyHeader, bytes: u64) -> Error {

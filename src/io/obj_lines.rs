@@ -6,85 +6,13 @@
 
 use super::curves::{CurveHeader, WriteOptions, visit_points};
 use super::numbers::{DOUBLE, push_number};
+use super::obj_mesh::OTHER_KEYWORDS;
 use super::output::Output;
-use super::text::{Line, Lines, Word};
+use super::text::Lines;
 use crate::yarn::{CurveSource, Curves};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::path::Path;
-
-/// Statements that say nothing about curves.
-const IGNORED: &[&str] = &[
-    "vt",
-    "vn",
-    "vp",
-    "g",
-    "o",
-    "s",
-    "mg",
-    "usemtl",
-    "mtllib",
-    "usemap",
-    "maplib",
-    "lod",
-    "bevel",
-    "c_interp",
-    "d_interp",
-    "shadow_obj",
-    "trace_obj",
-    "ctech",
-    "stech",
-    "cstype",
-    "deg",
-    "bmat",
-    "step",
-    "parm",
-    "trim",
-    "hole",
-    "scrv",
-    "sp",
-    "end",
-    "con",
-    "curv",
-    "curv2",
-    "surf",
-];
-
-/// A statement that backslashes may spread over several lines.
-struct Statement<'a, 'b> {
-    lines: &'b mut Lines<'a>,
-    line: Line<'a>,
-    continued: bool,
-}
-
-impl<'a> Statement<'a, '_> {
-    fn word(&mut self) -> Result<Option<Word<'a>>> {
-        loop {
-            if let Some(word) = self.line.word()? {
-                let before = word.text.strip_suffix('\\');
-                self.continued = before.is_some();
-                match before {
-                    Some("") => {}
-                    Some(text) => return Ok(Some(Word { text, column: word.column })),
-                    None => return Ok(Some(word)),
-                }
-            } else {
-                match if self.continued { self.lines.next() } else { None } {
-                    Some(line) => (self.line, self.continued) = (line, false),
-                    None => return Ok(None),
-                }
-            }
-        }
-    }
-
-    fn f64(&mut self) -> Result<f64> {
-        const EXPECTED: &str = "'v x y z', three finite numbers";
-        match self.word()? {
-            Some(word) => self.line.parse_f64(word, EXPECTED),
-            None => self.line.f64(EXPECTED),
-        }
-    }
-}
 
 /// Everything the statements said.
 #[derive(Default)]
@@ -101,18 +29,18 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Parsed> {
     let mut parsed = Parsed::default();
     // The largest index so far and its place: vertices may come after the lines that use them.
     let mut largest = (0u64, 0, 0);
-    let mut lines = Lines::new(path, bytes, true);
-    while let Some(line) = lines.next() {
-        let mut s = Statement { lines: &mut lines, line, continued: false };
-        let Some(keyword) = s.word()? else { continue };
+    const EXPECTED: &str = "'v x y z', three finite numbers";
+    for mut line in Lines::new(path, bytes, true).continued() {
+        let first_line = line.number;
+        let Some(keyword) = line.word()? else { continue };
         match keyword.text {
             "v" => {
-                let point = DVec3::new(s.f64()?, s.f64()?, s.f64()?);
+                let point = DVec3::new(line.f64(EXPECTED)?, line.f64(EXPECTED)?, line.f64(EXPECTED)?);
                 parsed.vertices.push(point);
             }
             "l" | "p" => {
                 let begin = parsed.indices.len();
-                while let Some(word) = s.word()? {
+                while let Some(word) = line.word()? {
                     let count = parsed.vertices.len() as i64;
                     let number: Option<i64> = word.text.split('/').next().and_then(|n| n.parse().ok());
                     let index = match number {
@@ -121,16 +49,14 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Parsed> {
                         Some(n) if n < 0 => {
                             let expected =
                                 format!("an index down to -{count}, the first of the vertices so far");
-                            return Err(s.line.error(word.column, n, expected));
+                            return Err(line.error(word.column, n, expected));
                         }
                         _ => {
-                            return Err(s
-                                .line
-                                .unexpected(word, "a vertex index, counted from 1 or negative"));
+                            return Err(line.unexpected(word, "a vertex index, counted from 1 or negative"));
                         }
                     };
                     if index as u64 >= largest.0 {
-                        largest = (index as u64 + 1, s.line.number, word.column);
+                        largest = (index as u64 + 1, line.number, word.column);
                     }
                     parsed.indices.push(index as u32);
                     if keyword.text == "p" {
@@ -139,7 +65,9 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Parsed> {
                 }
                 if keyword.text == "l" {
                     if parsed.indices.len() < begin + 2 {
-                        return Err(s.line.error(
+                        return Err(Error::input(
+                            path,
+                            first_line,
                             keyword.column,
                             "a line of fewer than two points",
                             "'l i j …'",
@@ -151,10 +79,10 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Parsed> {
             other => {
                 if other == "f" {
                     parsed.faces += 1;
-                } else if !IGNORED.contains(&other) {
-                    return Err(s.line.unexpected(keyword, "an OBJ statement ('v' and 'l' for curves)"));
+                } else if !OTHER_KEYWORDS.contains(&other) && !["vt", "g", "o", "usemtl"].contains(&other) {
+                    return Err(line.unexpected(keyword, "an OBJ statement ('v' and 'l' for curves)"));
                 }
-                while s.word()?.is_some() {}
+                while line.word()?.is_some() {}
             }
         }
     }

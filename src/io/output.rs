@@ -92,6 +92,11 @@ impl Output {
         self.inner.write_all(bytes).map_err(|e| Error::io(&self.path, e))
     }
 
+    /// Whether it is an ordinary file, in which one can go back.
+    pub fn is_file(&self) -> bool {
+        matches!(self.inner.get_ref(), Target::Temporary(..))
+    }
+
     /// Goes back to `position` bytes from the start, writes `bytes` there and returns to the end.
     pub fn patch(&mut self, position: u64, bytes: &[u8]) -> Result<()> {
         let inner = &mut self.inner;
@@ -121,6 +126,12 @@ impl Write for Output {
     }
     fn flush(&mut self) -> std::io::Result<()> {
         self.inner.flush()
+    }
+}
+
+impl Seek for Output {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.inner.seek(to)
     }
 }
 

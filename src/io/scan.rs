@@ -1,5 +1,6 @@
 //! Tokens of bracketed text formats (USD, PBRT): words, strings and punctuation, with the place of each.
 
+use super::text::line_and_column;
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -53,9 +54,7 @@ impl<'a> Scanner<'a> {
 
     /// An error at a byte offset.
     pub fn error(&self, at: usize, found: impl std::fmt::Display, expected: impl std::fmt::Display) -> Error {
-        let before = &self.bytes[..at.min(self.bytes.len())];
-        let line = before.iter().filter(|&&b| b == b'\n').count() + 1;
-        let column = before.len() - before.iter().rposition(|&b| b == b'\n').map_or(0, |p| p + 1) + 1;
+        let (line, column) = line_and_column(self.bytes, at);
         Error::input(self.path, line, column, found, expected)
     }
 

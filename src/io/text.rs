@@ -9,6 +9,18 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(|e| Error::io(path, e))
 }
 
+/// The extension of a path in lower case, empty where there is none.
+pub fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Line and column of a byte, both counted from 1.
+pub fn line_and_column(bytes: &[u8], at: usize) -> (usize, usize) {
+    let before = &bytes[..at.min(bytes.len())];
+    let line_at = before.iter().rposition(|&b| b == b'\n').map_or(0, |p| p + 1);
+    (before.iter().filter(|&&b| b == b'\n').count() + 1, before.len() - line_at + 1)
+}
+
 /// The lines of a text file, with comments (from `#` to the end of the line) cut off when asked for.
 /// A byte order mark at the start is skipped.
 pub struct Lines<'a> {

@@ -26,7 +26,7 @@ pub struct UsdaWriter {
     options: WriteOptions,
     frame_count: usize,
     frames: Vec<usize>,
-    /// [yarn] points and closedness, which must not change.
+    /// `[yarn]` points and closedness, which must not change.
     topology: Vec<(usize, bool)>,
     parts: Vec<Part>,
     /// Where in the file the end time is to be filled in.

@@ -29,9 +29,9 @@ struct Segment<T> {
 /// Scratch space of a stitch's energy, sized for a stencil.
 #[derive(Clone, Debug, Default)]
 pub struct Points<T> {
-    /// [point] in-plane places: those of interpolated points are set by the caller.
+    /// `[point]` in-plane places: those of interpolated points are set by the caller.
     pub plane: Vec<V2<T>>,
-    /// [knot] centres.
+    /// `[knot]` centres.
     pub centers: Vec<V2<T>>,
     segments: Vec<Segment<T>>,
 }

@@ -3,7 +3,7 @@
 use crate::math::{Real, V2, V3};
 use crate::scene::Stencil;
 
-/// The frame of a deformed face and its in-plane deformation F = [[f11, f12], [0, f22]].
+/// The frame of a deformed face and its in-plane deformation F = `[[f11, f12], [0, f22]]`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Frame<T> {
     /// Course direction, unit.

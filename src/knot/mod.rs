@@ -116,9 +116,9 @@ pub struct Kernel<T> {
 /// Scratch space for faces, sized for the kernel last run.
 #[derive(Clone, Debug, Default)]
 pub struct Workspace<T: Real> {
-    /// [corner] places relative to the first corner, template units: set by the caller.
+    /// `[corner]` places relative to the first corner, template units: set by the caller.
     pub corners: Vec<V3<T>>,
-    /// [corner] unnormalised normals: set by the caller.
+    /// `[corner]` unnormalised normals: set by the caller.
     pub normals: Vec<V3<T>>,
     seats: Vec<lift::Seat<T>>,
     solve: solve::Solve<T>,

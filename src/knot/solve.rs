@@ -28,7 +28,7 @@ const DAMPING_AFTER_FAILURE: f64 = 4.0;
 pub struct Solve<T: Real> {
     /// Points and their energy.
     pub points: Points<T>,
-    /// [knot] the state: set to the start, left at the result.
+    /// `[knot]` the state: set to the start, left at the result.
     pub state: Vec<KnotState<T>>,
     trial: Vec<KnotState<T>>,
     a: Vec<T>,

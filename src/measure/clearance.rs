@@ -79,8 +79,11 @@ pub fn clearance(curves: &dyn CurveSource, r: f64) -> Result<Clearance> {
     })
 }
 
+/// A yarn's length and closedness.
+type Extent = (f64, bool);
+
 /// Samples every `step` along all curves, and each curve's `(length, closed)`.
-fn sample(curves: &dyn CurveSource, step: f64) -> Result<(Vec<Sample>, Vec<(f64, bool)>)> {
+fn sample(curves: &dyn CurveSource, step: f64) -> Result<(Vec<Sample>, Vec<Extent>)> {
     let mut samples = Vec::new();
     let mut lengths = Vec::new();
     for yarn in 0..curves.yarn_count() {

@@ -6,9 +6,9 @@ use crate::ids::VertexId;
 /// Vertices grouped into corners of the fabric: shared vertices are one already, `e` lines join the rest.
 #[derive(Clone, Debug, Default)]
 pub struct CornerGroups {
-    /// [vertex] its group.
+    /// `[vertex]` its group.
     pub of_vertex: Vec<u32>,
-    /// [group + 1] the faces around group g are `faces[offsets[g] .. offsets[g + 1]]`.
+    /// `[group + 1]` the faces around group g are `faces[offsets[g] .. offsets[g + 1]]`.
     pub offsets: Vec<u32>,
     /// Faces around the groups, each once per group, ascending.
     pub faces: Vec<u32>,

@@ -74,17 +74,17 @@ pub struct YarnUnit {
 pub struct StitchMesh {
     /// Vertex positions, world units.
     pub positions: Vec<DVec3>,
-    /// [face + 1] prefix sums of corner counts.
+    /// `[face + 1]` prefix sums of corner counts.
     pub face_offsets: Vec<u32>,
     /// Corners of all faces, counter-clockwise seen from the front.
     pub face_vertices: Vec<VertexId>,
-    /// [face] the stitch type.
+    /// `[face]` the stitch type.
     pub face_types: Vec<TypeId>,
     /// The stitch types that faces refer to.
     pub types: Vec<StitchType>,
     /// Which edges are joined.
     pub joins: Vec<Join>,
-    /// [face] source line of the pattern (`N` lines), or empty.
+    /// `[face]` source line of the pattern (`N` lines), or empty.
     pub face_source: Vec<u32>,
     /// Yarn length units (`U` lines), or empty.
     pub units: Vec<YarnUnit>,

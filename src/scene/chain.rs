@@ -11,11 +11,11 @@ pub const NO_SLOT: u32 = u32::MAX;
 /// The yarns of a scene: for each control point, the slot or two where faces put it.
 #[derive(Clone, Debug, Default)]
 pub struct Yarns {
-    /// [yarn + 1] yarn i is `slots[offsets[i] .. offsets[i + 1]]`.
+    /// `[yarn + 1]` yarn i is `slots[offsets[i] .. offsets[i + 1]]`.
     pub offsets: Vec<u32>,
-    /// [yarn] closed yarns do not repeat their first point.
+    /// `[yarn]` closed yarns do not repeat their first point.
     pub closed: Vec<bool>,
-    /// [point] slots: the owner's (of the face with the lower index) first, then `NO_SLOT` or that of
+    /// `[point]` slots: the owner's (of the face with the lower index) first, then `NO_SLOT` or that of
     /// the other face; the point is the mean of both.
     pub slots: Vec<[u32; 2]>,
 }
@@ -51,7 +51,7 @@ struct Crossing {
 const QUANTA: f64 = 1000.0;
 const UNLINKED: u32 = u32::MAX;
 
-/// [edge] crossings of a template.
+/// `[edge]` crossings of a template.
 fn crossings(template: &Template, mode: Mode) -> Vec<Vec<Crossing>> {
     let mut edges = vec![Vec::new(); template.corners.len()];
     for (s, strand) in mode.strands(template).iter().enumerate() {

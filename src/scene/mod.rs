@@ -45,7 +45,7 @@ pub struct SceneOptions {
     pub skip_unknown: bool,
     /// World units per template unit; computed from the rest positions where not given.
     pub gauge: Option<f64>,
-    /// [vertex] rest positions, world units; the mesh's own where not given.
+    /// `[vertex]` rest positions, world units; the mesh's own where not given.
     pub rest: Option<Vec<DVec3>>,
 }
 
@@ -54,9 +54,9 @@ pub struct SceneOptions {
 pub struct Batch {
     /// Index into [`Scene::stencils`].
     pub stencil: usize,
-    /// [i] faces of the mesh, ascending.
+    /// `[i]` faces of the mesh, ascending.
     pub faces: Vec<FaceId>,
-    /// [i][corner] vertices; corner 0 is the template's.
+    /// `[i][corner]` vertices; corner 0 is the template's.
     pub corners: Vec<u32>,
     /// Slot of the first point of face 0 of the batch.
     pub first_slot: usize,
@@ -99,15 +99,15 @@ pub struct Scene {
     pub vertex_count: usize,
     /// One per stitch type in use.
     pub stencils: Vec<Stencil<f64>>,
-    /// [stencil] the template it was compiled from.
+    /// `[stencil]` the template it was compiled from.
     pub templates: Vec<Template>,
     /// One per stencil.
     pub batches: Vec<Batch>,
-    /// [face]
+    /// `[face]`
     pub face_places: Vec<FacePlace>,
-    /// [stitch type of the mesh] which corner of its faces is the template's corner 0.
+    /// `[stitch type of the mesh]` which corner of its faces is the template's corner 0.
     pub rotations: Vec<u32>,
-    /// [face + 1] prefix sums of corner counts of all faces.
+    /// `[face + 1]` prefix sums of corner counts of all faces.
     pub face_offsets: Vec<u32>,
     /// Vertices of all faces.
     pub face_vertices: Vec<u32>,
@@ -122,7 +122,7 @@ pub struct Scene {
     pub face_count: usize,
     /// The chained yarns.
     pub yarns: Yarns,
-    /// [vertex] rest positions, world units, if another mesh gave them.
+    /// `[vertex]` rest positions, world units, if another mesh gave them.
     pub rest: Option<Vec<DVec3>>,
 }
 

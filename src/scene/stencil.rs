@@ -57,7 +57,7 @@ pub struct Term<T> {
     pub knots: [u32; 3],
     /// How many.
     pub knot_count: u32,
-    /// [point] place in `knots`, or `NO_SLOT`.
+    /// `[point]` place in `knots`, or `NO_SLOT`.
     pub slot: [u32; 3],
 }
 
@@ -71,19 +71,19 @@ pub struct Stencil<T> {
     pub corner_count: usize,
     /// Points of all strands, one after the other.
     pub points: Vec<StencilPoint<T>>,
-    /// [strand + 1] strand s is `points[offsets[s] .. offsets[s + 1]]`.
+    /// `[strand + 1]` strand s is `points[offsets[s] .. offsets[s + 1]]`.
     pub strand_offsets: Vec<usize>,
-    /// [point][corner] weights of the points' rest places.
+    /// `[point][corner]` weights of the points' rest places.
     pub weights: Vec<T>,
-    /// [corner] gradients of the weights at the mean of the corners.
+    /// `[corner]` gradients of the weights at the mean of the corners.
     pub frame_gradients: Vec<V2<T>>,
-    /// [knot] d at rest.
+    /// `[knot]` d at rest.
     pub knot_direction: Vec<V2<T>>,
-    /// [knot] l at rest.
+    /// `[knot]` l at rest.
     pub knot_half_length: Vec<T>,
-    /// [knot][corner] weights of the centres.
+    /// `[knot][corner]` weights of the centres.
     pub knot_weights: Vec<T>,
-    /// [knot][corner] gradients of the weights at the centres.
+    /// `[knot][corner]` gradients of the weights at the centres.
     pub knot_gradients: Vec<V2<T>>,
     /// Root mean square distance of the knot centres to their mean.
     pub rest_spread: T,

@@ -23,8 +23,10 @@ pub fn check(template: &Template) -> Result<(), (String, String)> {
         return fail(format!("yarn radius {r}"), "a positive number, in template units");
     }
     for (k, knot) in template.knots.iter().enumerate() {
-        if !knot.center.is_finite() || !((knot.direction.length() - 1.0).abs() < 1e-9) {
-            return fail(format!("knot {k} without a finite centre or tilt"), "finite numbers");
+        let near = knot.center.is_finite() && knot.center.abs().max_element() < 1e6;
+        let turn = knot.direction.length() - 1.0;
+        if !near || !(-1e-9..1e-9).contains(&turn) {
+            return fail(format!("a centre or tilt of knot {k} out of range"), "finite numbers");
         }
         if !(knot.half_length >= 0.5 * r && knot.half_length < 1e3) {
             return fail(
@@ -39,7 +41,7 @@ pub fn check(template: &Template) -> Result<(), (String, String)> {
         }
         for (i, point) in strand.iter().enumerate() {
             let place = format!("point {i} of yarn {s}");
-            if !(point.z.abs() < 1e3) {
+            if !(-1e3..1e3).contains(&point.z) {
                 return fail(format!("z {} at {place}", point.z), "a finite number");
             }
             match point.place {

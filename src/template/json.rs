@@ -5,6 +5,7 @@
 
 use super::derive::Operation;
 use super::{Knot, Place, Strand, Template, TemplatePoint};
+use crate::io::text::line_and_column;
 use crate::{Error, Result};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -97,17 +98,20 @@ struct FilePoint {
 
 /// Reads the entries of a template file.
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Entry>> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let text = std::str::from_utf8(bytes).map_err(|e| {
-        Error::input(path, 1, e.valid_up_to() + 1, "bytes that are not UTF-8", "a JSON text file")
+        let (line, column) = line_and_column(bytes, e.valid_up_to());
+        Error::input(path, line, column, "bytes that are not UTF-8", "a JSON text file")
     })?;
     let json_error = |e: serde_json::Error, start: usize| {
-        let (line, column) = place(text, start);
+        let (line, column) = line_and_column(bytes, start);
         // Lines and columns of an entry are counted from its own start.
-        let column = if e.line() <= 1 { column + e.column().saturating_sub(1) } else { e.column() };
-        let message = e.to_string();
-        let what = message.split(" at line ").next().unwrap_or_default();
-        let (found, expected) = what.split_once(", expected ").unwrap_or((what, "a template as JSON"));
-        Error::input(path, line + e.line().max(1) - 1, column.max(1), found, expected)
+        let column = if e.line() <= 1 { column + e.column().saturating_sub(1) } else { e.column().max(1) };
+        let line = line + e.line().max(1) - 1;
+        let next =
+            text.lines().nth(line - 1).and_then(|l| l.get(column - 1..)).and_then(|l| l.chars().next());
+        let (found, expected) = explain(&e, next);
+        Error::input(path, line, column, found, expected)
     };
     let raw: Vec<&RawValue> = if text.trim_start().starts_with('[') {
         serde_json::from_str(text).map_err(|e| json_error(e, 0))?
@@ -118,7 +122,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Entry>> {
         .map(|entry| {
             // The entry borrows from the file's text, so its place is known.
             let start = entry.get().as_ptr() as usize - text.as_ptr() as usize;
-            let place = place(text, start);
+            let place = line_and_column(bytes, start);
             let file: FileTemplate = serde_json::from_str(entry.get()).map_err(|e| json_error(e, start))?;
             let kind = convert(file)
                 .map_err(|(found, expected)| Error::input(path, place.0, place.1, found, expected))?;
@@ -127,11 +131,19 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Entry>> {
         .collect()
 }
 
-fn place(text: &str, offset: usize) -> (usize, usize) {
-    let before = &text.as_bytes()[..offset];
-    let line = before.iter().filter(|&&b| b == b'\n').count() + 1;
-    let column = offset - before.iter().rposition(|&b| b == b'\n').map_or(0, |p| p + 1) + 1;
-    (line, column)
+/// A JSON error as what was found and what was expected; `next` is the character at its place.
+fn explain(error: &serde_json::Error, next: Option<char>) -> (String, String) {
+    let message = error.to_string();
+    let what = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
+    if let Some(part) = what.strip_prefix("EOF while parsing ") {
+        return ("the end of the file".into(), format!("the rest of {part}"));
+    }
+    if let Some(expected) = what.strip_prefix("expected ") {
+        return (next.map_or("the end of the line".into(), |c| format!("'{c}'")), expected.into());
+    }
+    let found = what.strip_prefix("invalid type: ").or(what.strip_prefix("invalid value: ")).unwrap_or(what);
+    let (found, expected) = found.rsplit_once(", expected ").unwrap_or((found, "a template as JSON"));
+    (found.into(), expected.into())
 }
 
 fn convert(file: FileTemplate) -> Result<EntryKind, (String, String)> {
@@ -143,7 +155,9 @@ fn convert(file: FileTemplate) -> Result<EntryKind, (String, String)> {
         return Err(fail(format!("version {version}"), "version 1"));
     }
     let words = std::iter::once(&file.name).chain(&file.edges);
-    if let Some(word) = words.into_iter().find(|w| w.is_empty() || w.chars().any(char::is_whitespace)) {
+    if let Some(word) =
+        words.into_iter().find(|w| w.is_empty() || w.contains(|c: char| c.is_whitespace() || c.is_control()))
+    {
         return Err(fail(format!("the name or label '{word}'"), "a word without blanks"));
     }
     if let Some(derive) = file.derive {
@@ -185,7 +199,7 @@ fn strand(points: &[FilePoint]) -> Result<Strand, (String, String)> {
     for (i, p) in points.iter().enumerate() {
         let sign = |s: i32| match s {
             1 | -1 => Ok(f64::from(s)),
-            _ => Err((format!("sign {s}"), "1 or -1".to_string())),
+            _ => Err((format!("sign {s} at point {i} of a yarn"), "1 or -1".to_string())),
         };
         let place = match (p.edge, p.along, p.knot, p.contact, p.control, p.at) {
             (Some(edge), Some(along), None, None, None, None) => {

@@ -4,6 +4,7 @@ use super::json::{Entry, EntryKind};
 use super::{Place, Strand, Template, TemplatePoint, check, find_knots, json, transform};
 use crate::ids::TemplateId;
 use crate::io::sf::{self, PlainPoint, PlainTemplate};
+use crate::io::text::extension;
 use crate::mesh::StitchType;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, HashMap};
@@ -102,7 +103,12 @@ impl TemplateLibrary {
                 .map(|(k, _)| k.clone())
                 .collect();
             if ready.is_empty() {
-                let (key, (path, place, d)) = waiting.iter().next().expect("not empty");
+                // Every source waits too, so that as many steps as there are entries end in the circle.
+                let mut key = waiting.keys().next().expect("not empty");
+                for _ in 0..waiting.len() {
+                    key = &waiting[key].2.from;
+                }
+                let (path, place, d) = &waiting[key];
                 return Err(Error::input(
                     path,
                     place.0,
@@ -142,6 +148,8 @@ impl TemplateLibrary {
             ));
         }
         template.name = derivation.name.clone();
+        // A fraction may have been rounded to the end of its edge.
+        check::check(&template)?;
         Ok(template)
     }
 
@@ -209,10 +217,6 @@ struct Derivation {
     by: Vec<super::derive::Operation>,
 }
 
-fn extension(path: &Path) -> String {
-    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
-}
-
 /// The width of a `.sf` library's plain knit (else of its first quad, else of its first face): one course
 /// spacing.
 fn sf_unit(faces: &[PlainTemplate]) -> f64 {
@@ -234,7 +238,7 @@ fn from_plain(face: &PlainTemplate, unit: f64) -> Template {
     let corners: Vec<_> = face.corners.iter().map(|c| *c / unit).collect();
     let point = |p: &PlainPoint| match *p {
         PlainPoint::Boundary { edge, along, z } => {
-            TemplatePoint { place: Place::Boundary { edge: edge as u32, along }, z: z / unit }
+            TemplatePoint { place: Place::Boundary { edge, along }, z: z / unit }
         }
         PlainPoint::Interior(p) => {
             TemplatePoint { place: Place::Free { at: p.truncate() / unit }, z: p.z / unit }

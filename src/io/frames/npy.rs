@@ -1,6 +1,6 @@
 //! Frames in a `.npy` file, read where they lie.
 
-use super::npy_header::{self, NpyHeader};
+use crate::io::npy::{LONGEST, Mismatch, NpyHeader};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::fs::File;
@@ -28,8 +28,9 @@ impl Npy {
         let io = |e| Error::io(path, e);
         let mut file = File::open(path).map_err(io)?;
         let mut start = Vec::new();
-        file.by_ref().take(npy_header::LONGEST as u64).read_to_end(&mut start).map_err(io)?;
-        let header = npy_header::parse(path, &start)?;
+        file.by_ref().take(LONGEST as u64).read_to_end(&mut start).map_err(io)?;
+        let header = NpyHeader::parse(&start)
+            .map_err(|Mismatch { at, found, expected }| Error::binary(path, at, found, expected))?;
         let at = header.data_offset;
         let frames = match *header.shape {
             [frames, v, 3] if v == vertices as u64 => frames,
@@ -45,7 +46,7 @@ impl Npy {
             }
         };
         let numbers = frames.checked_mul(3).and_then(|n| n.checked_mul(vertices as u64));
-        let end = numbers.and_then(|n| n.checked_mul(header.item_size as u64)?.checked_add(at as u64));
+        let end = numbers.and_then(|n| n.checked_mul(header.size as u64)?.checked_add(at as u64));
         let length = file.seek(SeekFrom::End(0)).map_err(io)?;
         if end.is_none_or(|end| length < end) {
             let expected = format!("{frames} frames of {vertices} vertices");
@@ -95,7 +96,7 @@ impl Npy {
 
     /// The number at an index; the next one wanted is likely `stride` further on.
     fn number(&mut self, index: u64, stride: u64) -> Result<(f64, u64)> {
-        let size = self.header.item_size;
+        let size = self.header.size;
         let at = self.header.data_offset as u64 + index * size as u64;
         let inside = at.checked_sub(self.window_at).filter(|d| d + size as u64 <= self.window.len() as u64);
         let begin = match inside {
@@ -112,21 +113,7 @@ impl Npy {
             let at = self.window_at as usize + self.window.len();
             return Err(Error::binary(&self.path, at, "the end of the file", "more numbers"));
         };
-        let mut full = [0; 8];
-        full[..size].copy_from_slice(bytes);
-        let [four, eight] = [4, 8].map(|n| {
-            let mut bytes = full;
-            if self.header.big_endian {
-                bytes[..n].reverse();
-            }
-            bytes
-        });
-        let x = if size == 4 {
-            f64::from(f32::from_le_bytes([four[0], four[1], four[2], four[3]]))
-        } else {
-            f64::from_le_bytes(eight)
-        };
-        Ok((x, at))
+        Ok((self.header.number(bytes), at))
     }
 
     fn fetch(&mut self, at: u64, wanted: u64) -> Result<()> {
