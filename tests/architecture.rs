@@ -10,7 +10,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("yarn", &["error"]),
     ("mesh", &["error", "ids"]),
-    ("template", &["error", "ids", "mesh", "io"]),
+    ("template", &["error", "ids", "mesh"]),
     // Readers and writers of plain data; `io::result` alone knows solved frames.
     ("io", &["error", "ids", "mesh", "template", "yarn"]),
     ("scene", &["error", "ids", "math", "mesh", "template"]),

@@ -4,8 +4,8 @@ mod common;
 
 use common::Random;
 use common::grid::stitch;
+use knotmesh::io::template_json::{EntryKind, read, to_value};
 use knotmesh::template::check::check;
-use knotmesh::template::json::{EntryKind, read, to_value};
 use knotmesh::template::{Place, Template, TemplateLibrary};
 use std::path::{Path, PathBuf};
 
@@ -247,7 +247,7 @@ fn rotated_labels_are_found() {
 #[test]
 fn all_template_files_are_embedded() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let list = std::fs::read_to_string(root.join("src/template/embedded.rs")).unwrap();
+    let list = std::fs::read_to_string(root.join("src/io/embedded.rs")).unwrap();
     for entry in std::fs::read_dir(root.join("templates")).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         assert!(list.contains(&format!("(\"templates/{name}\", include_str!")), "{name} is not embedded");

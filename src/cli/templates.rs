@@ -2,7 +2,8 @@
 
 use super::print;
 use knotmesh::Result;
-use knotmesh::template::{Template, TemplateLibrary, json};
+use knotmesh::io::template_json;
+use knotmesh::template::{Template, TemplateLibrary};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -27,7 +28,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         library
     };
     if arguments.json {
-        let list: Vec<_> = library.templates().iter().map(json::to_value).collect();
+        let list: Vec<_> = library.templates().iter().map(template_json::to_value).collect();
         let text = serde_json::to_string_pretty(&list).expect("plain values");
         return print(&(text + "\n"));
     }

@@ -6,7 +6,7 @@ mod stencil;
 pub use chain::{NO_SLOT as NO_SECOND_SLOT, Yarns};
 pub use stencil::{NO_SLOT, Role, Stencil, StencilPoint, Term};
 
-use crate::ids::FaceId;
+use crate::ids::{FaceId, TemplateId};
 use crate::mesh::corners::CornerGroups;
 use crate::mesh::{StitchMesh, StitchType};
 use crate::template::check::polygon_area;
@@ -133,7 +133,7 @@ impl Scene {
     /// Stitch types that the library lacks, templates of different yarn radius, nothing left to do, rest
     /// positions of another count, a gauge that is not positive.
     pub fn compile(mesh: &StitchMesh, library: &TemplateLibrary, options: SceneOptions) -> Result<Self> {
-        let found: Vec<_> = mesh.types.iter().map(|t| library.find(t)).collect();
+        let found = find_templates(mesh, library);
         let known = |face: usize| found[mesh.face_types[face].index()];
         if !options.skip_unknown {
             refuse_unknown(mesh, |face| known(face).is_some())?;
@@ -319,6 +319,23 @@ impl Scene {
         let local = slot as usize - batch.first_slot;
         (batch, local / points, local % points)
     }
+}
+
+/// `[stitch type]` its template and rotation. Where some are the given libraries' own, a stand-in with another
+/// yarn radius does not count.
+fn find_templates(mesh: &StitchMesh, library: &TemplateLibrary) -> Vec<Option<(TemplateId, usize)>> {
+    let mut found: Vec<_> = mesh.types.iter().map(|t| library.find(t)).collect();
+    let mut used = vec![false; found.len()];
+    mesh.face_types.iter().for_each(|t| used[t.index()] = true);
+    let own = found.iter().zip(&used).find_map(|(f, used)| {
+        f.filter(|(id, _)| *used && !library.stands_in(*id)).map(|(id, _)| library.get(id).yarn_radius)
+    });
+    if let Some(radius) = own {
+        for f in &mut found {
+            *f = f.filter(|(id, _)| !library.stands_in(*id) || library.get(*id).yarn_radius == radius);
+        }
+    }
+    found
 }
 
 /// An error that lists the stitch types without a template and how many faces use each.

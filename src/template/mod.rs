@@ -6,9 +6,7 @@
 pub mod check;
 pub mod coordinates;
 pub mod derive;
-mod embedded;
 pub mod find_knots;
-pub mod json;
 pub mod library;
 pub mod transform;
 

@@ -3,9 +3,9 @@
 //! A file holds one template or a list. Points are `{"edge", "along", "z"}`, `{"knot", "contact", "z"}`,
 //! `{"knot", "control", "z"}` or `{"at": [u, v], "z"}`; a template may instead `derive` from another.
 
-use super::derive::Operation;
-use super::{Knot, Place, Strand, Template, TemplatePoint};
 use crate::io::text::line_and_column;
+use crate::template::derive::Operation;
+use crate::template::{Knot, Place, Strand, Template, TemplatePoint};
 use crate::{Error, Result};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ pub struct Entry {
 /// What an entry of a template file says.
 #[derive(Clone, Debug)]
 pub enum EntryKind {
-    /// The template itself, checked for form but not yet by [`super::check::check`].
+    /// The template itself, checked for form but not yet by [`crate::template::check::check`].
     Full(Box<Template>),
     /// Derived from another.
     Derived {
