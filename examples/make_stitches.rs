@@ -141,7 +141,7 @@ fn borders(b: &mut Builder, columns: usize, rows: usize) {
     b.face("in+ x +yX x", 0, &[(at(0, 0) + at(0, 1)) / 2.0 - DVec3::X * 0.5, at(0, 0), at(0, 1)]);
     let last = rows - 1;
     let tip = |x: usize| (at(x, last) + at(x, last + 1)) / 2.0;
-    if last % 2 == 0 {
+    if last.is_multiple_of(2) {
         b.face(
             "out+ x x -yX",
             last,

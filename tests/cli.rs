@@ -1,6 +1,8 @@
 //! The command line: exit codes, messages, outputs.
 
 mod common;
+#[path = "../examples/make_stitches.rs"]
+mod make_stitches;
 
 use assert_cmd::Command;
 use std::path::Path;
@@ -63,8 +65,6 @@ fn every_sample_relaxes_into_every_format() {
 
 #[test]
 fn samples_are_what_the_generator_makes() {
-    #[path = "../examples/make_stitches.rs"]
-    mod make_stitches;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("stitches");
     for (name, bytes) in make_stitches::samples() {
         let same = std::fs::read(folder.join(name)).unwrap() == bytes;
@@ -308,11 +308,7 @@ fn the_result_file_keeps_its_promised_arrays() {
 fn an_obj_mesh_is_the_smobj_mesh_by_its_materials_and_texture_coordinates() {
     let out = folder();
     // The same swatch, its corners turned at random in the OBJ file: texture coordinates put them right.
-    let (_, bytes) = {
-        #[path = "../examples/make_stitches.rs"]
-        mod make_stitches;
-        make_stitches::samples().into_iter().find(|(n, _)| *n == "swatch.obj").unwrap()
-    };
+    let (_, bytes) = make_stitches::samples().into_iter().find(|(n, _)| *n == "swatch.obj").unwrap();
     let info = knotmesh(&["info", "stitches/swatch.obj"]);
     let text = String::from_utf8_lossy(&info.stdout).into_owned();
     assert!(text.contains("yarns: 1 (0 closed)") && text.contains("nothing would go wrong"), "{text}");

@@ -1,7 +1,7 @@
 //! `knotmesh relax`: a stitch mesh in, relaxed yarn out.
 
 use super::inputs::{self, Rename};
-use super::report::{FrameReport, Inputs, Report, Seconds};
+use super::report::{self, FrameReport, Inputs, Report, Seconds};
 use super::{Console, Ending};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
@@ -248,6 +248,7 @@ impl Job<'_> {
         let mut output = FrameOutput::default();
         let mut reports = Vec::new();
         let mut fell_back = Vec::new();
+        let mut peak_memory = None;
         let progress = Progress::new(range.len(), self.console.quiet);
         for (done, frame) in range.clone().enumerate() {
             if let Some(source) = &mut source {
@@ -262,6 +263,7 @@ impl Job<'_> {
             }
             let faces = fallen_faces(&self.scene, &output);
             if arguments.report.is_some() {
+                peak_memory = peak_memory.or_else(report::peak_memory);
                 let began = Instant::now();
                 reports.push(FrameReport::new(&self.scene, frame, &output, &faces)?);
                 self.seconds.measure += began.elapsed().as_secs_f64();
@@ -288,7 +290,8 @@ impl Job<'_> {
         self.name_fallen(&fell_back);
         if let Some(path) = &arguments.report {
             self.seconds.total = self.began.elapsed().as_secs_f64();
-            Report { inputs: self.inputs, frames: reports, files, seconds: self.seconds }.write(path)?;
+            let (inputs, seconds) = (self.inputs, self.seconds);
+            Report { inputs, frames: reports, peak_memory_bytes: peak_memory, files, seconds }.write(path)?;
         }
         Ok(if fell_back.is_empty() || arguments.allow_degenerate { Ending::Done } else { Ending::FellBack })
     }

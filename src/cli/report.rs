@@ -27,6 +27,8 @@ pub struct Report {
     pub inputs: Inputs,
     /// One per frame.
     pub frames: Vec<FrameReport>,
+    /// Most memory held at once before anything was measured, where the system tells (Linux).
+    pub peak_memory_bytes: Option<u64>,
     /// Files written.
     pub files: Vec<PathBuf>,
     /// Wall-clock seconds by stage.
@@ -167,6 +169,14 @@ impl FrameReport {
             clearance: clearance(&curves, scene.yarn_radius * scene.gauge)?,
         })
     }
+}
+
+/// Most memory that this process has held at once.
+pub fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes * 1024)
 }
 
 impl Report {

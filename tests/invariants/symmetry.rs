@@ -57,7 +57,8 @@ fn rest_gives_template<T: Real<Mask = bool>>(library: &TemplateLibrary, toleranc
             }
         }
     }
-    assert!(with_knots > 0);
+    let weave = library.by_name("knit+").chain(library.by_name("knit-to-left")).next().is_none();
+    assert!(with_knots > 0 || weave);
 }
 
 #[test]
