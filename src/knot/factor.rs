@@ -5,35 +5,55 @@ use crate::math::Real;
 /// Pivots at or below this share of the largest diagonal entry leave their unknown unchanged.
 const SMALLEST_PIVOT: f64 = 1e-12;
 
-/// Solves (A + mu diag A) x = -b, where `a` is the lower triangle of A, row-major n x n, and `factor`
-/// is scratch of the same size. Unknowns with `frozen` set, or without a usable pivot, stay 0.
+/// Factorises A + mu diag A, and + C where `curved` is set; `a` and `c` are lower triangles, row-major n x n,
+/// `factor` takes the result. Unknowns with `frozen` set, or without a usable pivot, are left out; says whether
+/// all others had one.
 #[inline(always)]
-pub fn solve<T: Real>(a: &[T], b: &[T], mu: T, frozen: &[T::Mask], factor: &mut [T], x: &mut [T]) {
-    let n = b.len();
+pub fn factorise<T: Real>(
+    a: &[T],
+    curvature: Option<(&[T], T::Mask)>,
+    mu: T,
+    frozen: &[T::Mask],
+    factor: &mut [T],
+) -> T::Mask {
+    let n = frozen.len();
     let damp = T::one() + mu;
+    let with = |entry: T, at: usize| match curvature {
+        Some((c, curved)) => entry + T::select(curved, c[at], T::zero()),
+        None => entry,
+    };
     let mut largest = T::zero();
     for i in 0..n {
         largest = largest.max(a[i * n + i] * damp);
     }
     let smallest = largest * T::of(SMALLEST_PIVOT);
+    let mut positive = T::mask(true);
     for j in 0..n {
-        let mut pivot = a[j * n + j] * damp;
+        let mut pivot = with(a[j * n + j] * damp, j * n + j);
         for k in 0..j {
             let l = factor[j * n + k];
             // Below the diagonal L, on it 1 / D.
             pivot -= l * l * factor[k * n + k];
         }
+        positive = T::and(positive, T::or(smallest.lt(pivot), frozen[j]));
         let usable = T::and(smallest.lt(pivot), T::not(frozen[j]));
         let inverse = T::select(usable, T::one() / T::select(usable, pivot, T::one()), T::zero());
         factor[j * n + j] = inverse;
         for i in j + 1..n {
-            let mut entry = a[i * n + j];
+            let mut entry = with(a[i * n + j], i * n + j);
             for k in 0..j {
                 entry -= factor[i * n + k] * factor[j * n + k] * factor[k * n + k];
             }
             factor[i * n + j] = entry;
         }
     }
+    positive
+}
+
+/// Solves for x in (the matrix factorised) x = -b; unknowns left out stay 0.
+#[inline(always)]
+pub fn solve<T: Real>(factor: &[T], b: &[T], x: &mut [T]) {
+    let n = b.len();
     for i in 0..n {
         let mut y = -b[i];
         for k in 0..i {

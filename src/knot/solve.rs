@@ -9,7 +9,8 @@ use crate::scene::Stencil;
 /// How the energy is minimised.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Solver {
-    /// Damped steps that never raise the energy, half-lengths kept at r / 2 or more.
+    /// Damped Newton steps (Gauss-Newton where the Hessian is not positive definite) that never raise the
+    /// energy, half-lengths kept at r / 2 or more.
     #[default]
     Safeguarded,
     /// The paper's plain Gauss-Newton iteration: undamped, unbounded.
@@ -19,9 +20,11 @@ pub enum Solver {
 /// 'Converged' means that a step lowered E by less than this share of it.
 const CONVERGED: f64 = 1e-10;
 /// Damping at the start, and its change after a step that lowered E and one that did not.
-const DAMPING: f64 = 1e-3;
-const DAMPING_AFTER_SUCCESS: f64 = 0.3;
-const DAMPING_AFTER_FAILURE: f64 = 4.0;
+/// Measured: less at the start overshoots where residuals are large, and an undone step costs as much as a good
+/// one.
+const DAMPING: f64 = 0.1;
+const DAMPING_AFTER_SUCCESS: f64 = 0.1;
+const DAMPING_AFTER_FAILURE: f64 = 10.0;
 
 /// Scratch space of a solve, and its result in `state`.
 #[derive(Clone, Debug, Default)]
@@ -32,8 +35,10 @@ pub struct Solve<T: Real> {
     pub state: Vec<KnotState<T>>,
     trial: Vec<KnotState<T>>,
     a: Vec<T>,
+    c: Vec<T>,
     b: Vec<T>,
     trial_a: Vec<T>,
+    trial_c: Vec<T>,
     trial_b: Vec<T>,
     factor: Vec<T>,
     step: Vec<T>,
@@ -62,7 +67,7 @@ impl<T: Real> Solve<T> {
         self.points.fit(stencil);
         self.state.resize(k, KnotState::default());
         self.trial.resize(k, KnotState::default());
-        for matrix in [&mut self.a, &mut self.trial_a, &mut self.factor] {
+        for matrix in [&mut self.a, &mut self.c, &mut self.trial_a, &mut self.trial_c, &mut self.factor] {
             matrix.resize(n * n, T::zero());
         }
         for vector in [&mut self.b, &mut self.trial_b, &mut self.step] {
@@ -107,7 +112,8 @@ impl<T: Real> Solve<T> {
         for _ in 0..iterations {
             self.points.place(stencil, &self.state);
             self.points.assemble(stencil, weights, &self.state, &mut self.a, &mut self.b);
-            factor::solve(&self.a, &self.b, T::zero(), &self.frozen, &mut self.factor, &mut self.step);
+            factor::factorise(&self.a, None, T::zero(), &self.frozen, &mut self.factor);
+            factor::solve(&self.factor, &self.b, &mut self.step);
             for (k, state) in self.state.iter_mut().enumerate() {
                 *state = stepped(*state, self.step[2 * k], self.step[2 * k + 1]);
             }
@@ -124,7 +130,8 @@ impl<T: Real> Solve<T> {
             state.half_length = state.half_length.max(shortest);
         }
         self.points.place(stencil, &self.state);
-        let start = self.points.assemble(stencil, weights, &self.state, &mut self.a, &mut self.b);
+        let (a, c, b) = (&mut self.a, &mut self.c, &mut self.b);
+        let start = self.points.assemble_curved(stencil, weights, &self.state, a, c, b);
         let mut energy = start;
         let at_rest = start.le(T::of(T::REST_ENERGY));
         let mut done = at_rest;
@@ -141,14 +148,22 @@ impl<T: Real> Solve<T> {
                 self.frozen[2 * k + 1] =
                     T::and(state.half_length.le(shortest), T::zero().lt(self.b[2 * k + 1]));
             }
-            factor::solve(&self.a, &self.b, mu, &self.frozen, &mut self.factor, &mut self.step);
+            // Newton's matrix where it is positive definite, else that of Gauss-Newton.
+            let curved = Some((&self.c[..], T::mask(true)));
+            let positive = factor::factorise(&self.a, curved, mu, &self.frozen, &mut self.factor);
+            if T::any(T::not(positive)) {
+                let curved = Some((&self.c[..], positive));
+                factor::factorise(&self.a, curved, mu, &self.frozen, &mut self.factor);
+            }
+            factor::solve(&self.factor, &self.b, &mut self.step);
             for (k, trial) in self.trial.iter_mut().enumerate() {
                 *trial = stepped(self.state[k], self.step[2 * k], self.step[2 * k + 1]);
                 trial.half_length = trial.half_length.max(shortest);
             }
             self.points.place(stencil, &self.trial);
             let tried = if i + 1 < iterations {
-                self.points.assemble(stencil, weights, &self.trial, &mut self.trial_a, &mut self.trial_b)
+                let (a, c, b) = (&mut self.trial_a, &mut self.trial_c, &mut self.trial_b);
+                self.points.assemble_curved(stencil, weights, &self.trial, a, c, b)
             } else {
                 self.points.energy(stencil, weights)
             };
@@ -164,9 +179,12 @@ impl<T: Real> Solve<T> {
                 state.direction = V2::select(better, trial.direction, state.direction);
                 state.half_length = T::select(better, trial.half_length, state.half_length);
             }
-            for (old, new) in self.a.iter_mut().zip(&self.trial_a).chain(self.b.iter_mut().zip(&self.trial_b))
+            for (old, new) in
+                [(&mut self.a, &self.trial_a), (&mut self.c, &self.trial_c), (&mut self.b, &self.trial_b)]
             {
-                *old = T::select(better, *new, *old);
+                for (old, new) in old.iter_mut().zip(new) {
+                    *old = T::select(better, *new, *old);
+                }
             }
         }
         self.points.place(stencil, &self.state);
@@ -174,9 +192,9 @@ impl<T: Real> Solve<T> {
     }
 }
 
-/// The state after turning d by 2 atan(angle / 2) (Cayley) and lengthening l.
+/// The step of the unknowns: the state after turning d by 2 atan(angle / 2) (Cayley) and lengthening l.
 #[inline(always)]
-fn stepped<T: Real>(state: KnotState<T>, angle: T, lengthening: T) -> KnotState<T> {
+pub fn stepped<T: Real>(state: KnotState<T>, angle: T, lengthening: T) -> KnotState<T> {
     let h = angle * T::of(0.5);
     let scale = T::one() / (T::one() + h * h);
     let (cos, sin) = ((T::one() - h * h) * scale, (h + h) * scale);

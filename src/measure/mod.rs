@@ -1,5 +1,7 @@
-//! Measures of results: how well a mesh fits its library, how near yarns come, how far they stretch.
+//! Measures of results: how well a mesh fits its library, how near a solve comes to the optimum, how near
+//! yarns come, how far they stretch.
 
+pub mod accuracy;
 pub mod clearance;
 pub mod misfit;
 pub mod stretch;
