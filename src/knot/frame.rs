@@ -30,7 +30,6 @@ pub fn face_frame<T: Real>(gradients: &[V2<T>], corners: &[V3<T>]) -> (Frame<T>,
     let size = a.dot(a) + b.dot(b);
     let course = a.length();
     let usable = T::and((T::of(1e-6) * size).lt(area), T::and(area.finite(), size.finite()));
-    let usable = T::and(usable, T::zero().lt(course));
     let area = T::select(usable, area, T::one());
     let course_or_one = T::select(usable, course, T::one());
     let t1 = a * (T::one() / course_or_one);
