@@ -118,18 +118,21 @@ fn counts_match_what_is_visited() {
 /// size halved.
 #[test]
 fn clearance_of_known_curves() {
-    let mut curves = Curves::empty();
     let line = |from: DVec3, to: DVec3| (0..=100).map(move |i| from.lerp(to, f64::from(i) / 100.0));
-    curves.points.extend(line(DVec3::new(-5.0, 0.0, 0.0), DVec3::new(5.0, 0.0, 0.0)));
-    curves.end_yarn(false, None);
-    curves.points.extend(line(DVec3::new(0.0, -5.0, 1.7), DVec3::new(0.0, 5.0, 1.7)));
-    curves.end_yarn(false, None);
-    let found = clearance(&curves, 1.0).unwrap();
-    assert!((found.smallest - 1.7).abs() < 1e-9, "{found:?}");
-    assert_eq!(found.share_below_1_5r, 0.0);
-    // Within 2 r: |x| < sqrt(4 - 1.7^2) = 1.05 of 10 along each.
-    let expected = 2.0 * (4.0 - 1.7f64 * 1.7).sqrt() / 10.0;
-    assert!((found.share_below_2r - expected).abs() < 0.06, "{found:?} {expected}");
+    for apart in [0.9, 1.7, 2.4] {
+        let mut curves = Curves::empty();
+        curves.points.extend(line(DVec3::new(-5.0, 0.0, 0.0), DVec3::new(5.0, 0.0, 0.0)));
+        curves.end_yarn(false, None);
+        curves.points.extend(line(DVec3::new(0.0, -5.0, apart), DVec3::new(0.0, 5.0, apart)));
+        curves.end_yarn(false, None);
+        let found = clearance(&curves, 1.0).unwrap();
+        assert!((found.smallest - apart).abs() < 1e-9, "{found:?}");
+        // Nearer than a limit where |x| < sqrt(limit^2 - apart^2), of 10 along each.
+        for (limit, share) in [(1.5, found.share_below_1_5r), (2.0, found.share_below_2r)] {
+            let expected = 2.0 * f64::max(limit * limit - apart * apart, 0.0).sqrt() / 10.0;
+            assert!((share - expected).abs() < 0.06, "{found:?} {expected}");
+        }
+    }
 
     // A ring of radius 3 r has nothing nearer than 2.5 r that counts.
     let mut ring = Curves::empty();
