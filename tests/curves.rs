@@ -121,9 +121,10 @@ fn clearance_of_known_curves() {
     let line = |from: DVec3, to: DVec3| (0..=100).map(move |i| from.lerp(to, f64::from(i) / 100.0));
     for apart in [0.9, 1.7, 2.4] {
         let mut curves = Curves::empty();
-        curves.points.extend(line(DVec3::new(-5.0, 0.0, 0.0), DVec3::new(5.0, 0.0, 0.0)));
+        curves.points.extend(line(DVec3::new(-5.0, 0.0, -0.01), DVec3::new(5.0, 0.0, -0.01)));
         curves.end_yarn(false, None);
-        curves.points.extend(line(DVec3::new(0.0, -5.0, apart), DVec3::new(0.0, 5.0, apart)));
+        let z = apart - 0.01;
+        curves.points.extend(line(DVec3::new(0.0, -5.0, z), DVec3::new(0.0, 5.0, z)));
         curves.end_yarn(false, None);
         let found = clearance(&curves, 1.0).unwrap();
         assert!((found.smallest - apart).abs() < 1e-9, "{found:?}");
