@@ -152,6 +152,17 @@ fn borders(b: &mut Builder, columns: usize, rows: usize) {
     }
 }
 
+/// Closes flat knitting: the last row's loops stay open on top, the borders turn.
+fn finish_flat(mut b: Builder, columns: usize, rows: usize) -> StitchMesh {
+    for u in 0..columns {
+        b.face(DROP, rows, &quad(u, rows));
+    }
+    borders(&mut b, columns, rows);
+    let mut mesh = b.finish();
+    settle(&mut mesh);
+    mesh
+}
+
 /// Flat knitting: a cast-on row, rows of the stitches that `front` gives as seen from the front (true: knit),
 /// loops left open on top.
 fn flat(columns: usize, rows: usize, front: impl Fn(usize, usize) -> bool) -> StitchMesh {
@@ -168,13 +179,7 @@ fn flat(columns: usize, rows: usize, front: impl Fn(usize, usize) -> bool) -> St
             b.face(keys[k % 2], k, &quad(u, k));
         }
     }
-    for u in 0..columns {
-        b.face(DROP, rows, &quad(u, rows));
-    }
-    borders(&mut b, columns, rows);
-    let mut mesh = b.finish();
-    settle(&mut mesh);
-    mesh
+    finish_flat(b, columns, rows)
 }
 
 /// Eyelet lace: every fourth row, a yarn-over and a decrease in each repeat of six.
@@ -198,13 +203,7 @@ fn lace(repeats: usize, rows: usize) -> StitchMesh {
             }
         }
     }
-    for u in 0..columns {
-        b.face(DROP, rows, &quad(u, rows));
-    }
-    borders(&mut b, columns, rows);
-    let mut mesh = b.finish();
-    settle(&mut mesh);
-    mesh
+    finish_flat(b, columns, rows)
 }
 
 /// A tube of stockinette in one helical yarn.

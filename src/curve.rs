@@ -153,8 +153,7 @@ impl<'a, T: Real> FrameCurves<'a, T> {
         Self { scene, output, subdivide, extras }
     }
 
-    /// Calls `sink` with each sample of a yarn: its control point (index within the scene), whether it lies
-    /// on it, and its place relative to the origin in template units.
+    /// Calls `sink` with each sample of a yarn: its place relative to the origin in template units.
     fn samples(&self, yarn: usize, sink: &mut dyn FnMut(DVec3) -> Result<()>) -> Result<()> {
         let range = self.scene.yarns.range(yarn);
         let (n, closed) = (range.len(), self.scene.yarns.closed[yarn]);
@@ -174,21 +173,6 @@ impl<'a, T: Real> FrameCurves<'a, T> {
             }
         }
         if !closed && n > 0 { sink(at(n - 1)) } else { Ok(()) }
-    }
-
-    /// Calls `sink` with consecutive chunks of the yarn's points relative to the origin, world units.
-    pub fn visit_local(&self, yarn: usize, sink: &mut dyn FnMut(&[DVec3]) -> Result<()>) -> Result<()> {
-        let mut chunk = Vec::with_capacity(CHUNK);
-        let gauge = self.output.gauge;
-        self.samples(yarn, &mut |p| {
-            chunk.push(p * gauge);
-            if chunk.len() == CHUNK {
-                sink(&chunk)?;
-                chunk.clear();
-            }
-            Ok(())
-        })?;
-        sink(&chunk)
     }
 }
 

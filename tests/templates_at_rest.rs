@@ -7,13 +7,12 @@ mod common;
 #[path = "../examples/make_stitches.rs"]
 mod make_stitches;
 
-use common::grid::{Wrap, grid};
+use common::grid::{Wrap, grid, single};
 use common::run::run;
 use knotmesh::curve::FrameCurves;
-use knotmesh::ids::VertexId;
 use knotmesh::knot::Settings;
 use knotmesh::measure::clearance::{Clearance, clearance};
-use knotmesh::mesh::{StitchMesh, StitchType};
+use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::SceneOptions;
 use knotmesh::template::TemplateLibrary;
 
@@ -69,15 +68,7 @@ fn strands_keep_clear_in_every_template() {
     let library = TemplateLibrary::embedded();
     let mut worst = (f64::INFINITY, String::new());
     for template in library.templates().iter().filter(|t| !t.strands.is_empty()) {
-        let n = template.corners.len();
-        let mesh = StitchMesh {
-            positions: template.corners.iter().map(|c| c.extend(0.0)).collect(),
-            face_offsets: vec![0, n as u32],
-            face_vertices: (0..n).map(VertexId::from).collect(),
-            face_types: vec![0usize.into()],
-            types: vec![StitchType { name: template.name.clone(), labels: template.labels.clone() }],
-            ..StitchMesh::default()
-        };
+        let mesh = single(template);
         let found = measure(&mesh);
         if found.smallest < worst.0 {
             worst = (found.smallest, template.key());

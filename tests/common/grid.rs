@@ -3,6 +3,7 @@
 use glam::DVec3;
 use knotmesh::ids::{TypeId, VertexId};
 use knotmesh::mesh::{FaceEdge, Join, StitchMesh, StitchType};
+use knotmesh::template::Template;
 
 /// Which borders of a grid meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,5 +113,18 @@ pub fn tube_place(columns: usize, helix: bool) -> impl Fn(f64, f64) -> DVec3 {
         let turn = u / columns as f64;
         let angle = std::f64::consts::TAU * turn;
         DVec3::new(radius * angle.cos(), radius * angle.sin(), (v + if helix { turn } else { 0.0 }) * HEIGHT)
+    }
+}
+
+/// One face of the template's own shape.
+pub fn single(template: &Template) -> StitchMesh {
+    let n = template.corners.len();
+    StitchMesh {
+        positions: template.corners.iter().map(|c| c.extend(0.0)).collect(),
+        face_offsets: vec![0, n as u32],
+        face_vertices: (0..n).map(VertexId::from).collect(),
+        face_types: vec![0usize.into()],
+        types: vec![StitchType { name: template.name.clone(), labels: template.labels.clone() }],
+        ..StitchMesh::default()
     }
 }

@@ -1,31 +1,17 @@
 //! Invariants 1 to 4: the rest pose, motions, renumbering, mirroring.
 
 use crate::cases::{case, renumbered};
+use crate::common::grid::single;
 use crate::common::run::run;
 use crate::{MODES, allowed, options, solve};
 use glam::{DQuat, DVec3};
-use knotmesh::ids::VertexId;
 use knotmesh::knot::{Settings, Status};
 use knotmesh::math::Real;
-use knotmesh::mesh::{StitchMesh, StitchType};
 use knotmesh::scene::Mode;
 use knotmesh::template::derive::{Operation, mirror_x_corner, mirror_x_labels, mirror_x_run};
-use knotmesh::template::{Template, TemplateLibrary, transform};
+use knotmesh::template::{TemplateLibrary, transform};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-
-/// One face of the template's own shape.
-fn single(template: &Template) -> StitchMesh {
-    let n = template.corners.len();
-    StitchMesh {
-        positions: template.corners.iter().map(|c| c.extend(0.0)).collect(),
-        face_offsets: vec![0, n as u32],
-        face_vertices: (0..n).map(VertexId::from).collect(),
-        face_types: vec![0usize.into()],
-        types: vec![StitchType { name: template.name.clone(), labels: template.labels.clone() }],
-        ..StitchMesh::default()
-    }
-}
 
 /// The rest pose gives the template. Seeded faults: rest lengths of the plane alone; affine start with l0 twice.
 fn rest_gives_template<T: Real<Mask = bool>>(library: &TemplateLibrary, tolerance: f64) {
