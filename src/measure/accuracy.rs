@@ -41,9 +41,9 @@ impl Deformation {
 pub struct Solved<T> {
     /// Energies and status.
     pub result: FaceResult<T>,
-    /// [knot] the end state.
+    /// `[knot]` the end state.
     pub state: Vec<KnotState<T>>,
-    /// [point] in the face frame, template units.
+    /// `[point]` in the face frame, template units.
     pub points: Vec<V2<T>>,
 }
 
