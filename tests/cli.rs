@@ -154,10 +154,10 @@ fn errors_are_one_line_exit_2_and_leave_nothing_behind() {
         (vec!["relax", &at(&out, "binary.smobj"), "-o", &target], "binary.smobj:1:"),
         (vec!["relax", "README.md", "-o", &target], "expected a mesh: .smobj or .obj"),
         (vec!["relax", "stitches/tube.smobj", "-o", "a.xyz"], "a.xyz"),
-        (vec!["relax", "stitches/tube.smobj", "-o", "/no/such/folder/a.obj"], "/no/such/folder/a.obj: "),
+        (vec!["relax", "stitches/tube.smobj", "-o", "/no/such/folder/a.obj"], "/no/such/folder/a.obj: its folder"),
         (
             vec!["relax", "stitches/tube.smobj", "-o", &target, "--gauge", "0"],
-            "gauge 0: expected a positive number",
+            "gauge 0e0: expected a positive number",
         ),
         (vec!["relax", "stitches/tube.smobj", "-o", &target, "--beta", "NaN"], "--beta NaN: expected"),
         (vec!["relax", "stitches/tube.smobj", "-o", &target, "--frames", "no*.obj"], "no*.obj"),
@@ -168,6 +168,27 @@ fn errors_are_one_line_exit_2_and_leave_nothing_behind() {
         (
             vec!["relax", "stitches/tube.smobj", "-o", &target, "--templates", "src"],
             "found no template files",
+        ),
+        (vec!["relax", "stitches/tube.smobj", "-o", &target, "-o", &target], "named as an output twice"),
+        (
+            vec!["relax", "stitches/swatch.obj", "-o", "stitches/swatch.obj"],
+            "an output would replace an input",
+        ),
+        (
+            vec!["relax", "stitches/tube.smobj", "-o", &target, "--report", "/no/such/r.json"],
+            "folder does not exist",
+        ),
+        (
+            vec!["relax", "stitches/tube.smobj", "-o", &target, "--threads", "100000"],
+            "--threads 100000: expected",
+        ),
+        (vec!["relax", "stitches/tube.smobj"], "--output <OUT>"),
+        (vec!["relax", "stitches/tube.smobj", "-o", &target, "--mode", "melt"], "'melt'"),
+        (vec!["unravel"], "'unravel'"),
+        (vec![], "no command given"),
+        (
+            vec!["relax", "stitches/swatch.obj", "-o", &target, "--map", "kint+=purl+"],
+            "no stitch of that name",
         ),
         (vec!["templates", "no.json"], "no.json: "),
         (vec!["convert", "no.bcc", &target], "no.bcc: "),
@@ -323,6 +344,44 @@ fn an_obj_mesh_is_the_smobj_mesh_by_its_materials_and_texture_coordinates() {
     std::fs::write(&path, plain).unwrap();
     let text = String::from_utf8_lossy(&knotmesh(&["info", &path]).stdout).into_owned();
     assert!(!text.contains("yarns: 1 (0 closed)"), "{text}");
+}
+
+#[test]
+fn unknown_materials_are_listed_and_can_be_left_out_or_renamed() {
+    let out = folder();
+    let mesh = at(&out, "mesh.obj");
+    let text = std::fs::read_to_string("stitches/swatch.obj").unwrap();
+    std::fs::write(&mesh, text.replace("usemtl knit+", "usemtl Tricot.002")).unwrap();
+    let target = at(&out, "a.npz");
+    let output = knotmesh(&["relax", &mesh, "-o", &target]);
+    assert_eq!(code(&output), 2);
+    assert!(message(&output).contains("'Tricot ? ? ? ?' (24 faces)"), "{}", message(&output));
+    let output = knotmesh(&["relax", &mesh, "--skip-unknown", "-q", "-o", &target]);
+    assert_eq!((code(&output), message(&output).as_str()), (0, ""));
+    let output = knotmesh(&["relax", &mesh, "--map", "Tricot=knit+", "-q", "-o", &target]);
+    assert_eq!((code(&output), message(&output).as_str()), (0, ""));
+}
+
+/// A stopped run leaves neither a half file nor a temporary one.
+#[cfg(unix)]
+#[test]
+fn a_stopped_run_leaves_nothing_behind() {
+    let out = folder();
+    let (frames, _) = frames_file(&out, 400);
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_knotmesh"))
+        .args(["relax", "stitches/tube.smobj", "--frames", &frames, "--iterations", "2000", "-q"])
+        .args(["--precision", "f64", "--subdivide", "50", "-o", &at(&out, "out.npz")])
+        .spawn()
+        .unwrap();
+    let began = std::time::Instant::now();
+    while names(out.path()).len() < 2 && began.elapsed().as_secs() < 20 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(names(out.path()).iter().any(|n| n.ends_with(".tmp")), "{:?}", names(out.path()));
+    let stopped = std::process::Command::new("kill").arg(child.id().to_string()).status().unwrap();
+    assert!(stopped.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(names(out.path()), ["frames.npy"]);
 }
 
 #[test]

@@ -28,6 +28,7 @@ const REAL: [Facts; 11] = [
 ];
 
 #[test]
+#[cfg_attr(not(knotmesh_data), ignore = "KNOTMESH_DATA is not set")]
 fn real_files() {
     let Some(data) = data() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -70,6 +71,7 @@ fn real_files() {
 }
 
 #[test]
+#[cfg_attr(not(knotmesh_data), ignore = "KNOTMESH_DATA is not set")]
 fn real_yarns() {
     let Some(data) = data() else { return };
     let sock = read_curves(&data.join("yarns/sock.yarns")).unwrap().remove(0);

@@ -160,6 +160,7 @@ fn every_embedded_template() {
 }
 
 #[test]
+#[cfg_attr(not(knotmesh_data), ignore = "KNOTMESH_DATA is not set")]
 fn every_template_of_the_fields_libraries() {
     let Some(data) = common::data() else { return };
     for (name, least) in [("illustration", 15), ("knitout", 10), ("weave", 0)] {

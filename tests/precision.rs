@@ -151,6 +151,7 @@ fn a_tube_mildly_and_strongly_deformed() {
 }
 
 #[test]
+#[cfg_attr(not(knotmesh_data), ignore = "KNOTMESH_DATA is not set")]
 fn a_garment() {
     let Some(data) = common::data() else { return };
     let mesh = read(&data.join("knitgraph/bob.smobj"));

@@ -12,6 +12,8 @@ use std::sync::{Arc, Mutex};
 /// Faces (or points) that one task works on.
 const CHUNK: usize = 256;
 const POINT_CHUNK: usize = 8192;
+/// More threads than this are a slip of the keyboard.
+const MOST_THREADS: usize = 1024;
 
 /// Runs scenes on the CPU, in f64 (the reference) or f32 (its twin).
 #[derive(Debug)]
@@ -42,9 +44,12 @@ impl<T: Real<Mask = bool>> CpuBackend<T> {
         ] {
             if !(0.0..=1e12).contains(&value) {
                 return Err(Error::invalid(format_args!(
-                    "--{name} {value}: expected a number from 0 to 1e12"
+                    "--{name} {value:e}: expected a number from 0 to 1e12"
                 )));
             }
+        }
+        if threads > MOST_THREADS {
+            return Err(Error::invalid(format_args!("--threads {threads}: expected 0 to {MOST_THREADS}")));
         }
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)

@@ -34,6 +34,9 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<()> {
     };
     let options = WriteOptions { radius: arguments.radius, up, ..WriteOptions::default() };
     let summary = convert(&arguments.input, &arguments.output, &options)?;
+    for note in &summary.notes {
+        console.warn(note);
+    }
     console.say(summary);
     Ok(())
 }

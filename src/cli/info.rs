@@ -7,7 +7,7 @@ use knotmesh::io::text::extension;
 use knotmesh::measure::misfit::misfit;
 use knotmesh::mesh::StitchMesh;
 use knotmesh::mesh::corners::{CornerGroups, gaps};
-use knotmesh::scene::{Scene, SceneOptions};
+use knotmesh::scene::{Scene, SceneOptions, find_templates};
 use knotmesh::template::TemplateLibrary;
 use knotmesh::{Error, Result};
 use std::collections::BTreeMap;
@@ -43,7 +43,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 /// Whether an OBJ file holds polygons (a mesh) rather than lines (curves).
 fn has_faces(path: &std::path::Path) -> Result<bool> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-    Ok(bytes.split(|b| *b == b'\n').any(|line| line.trim_ascii_start().starts_with(b"f ")))
+    let face = |line: &[u8]| matches!(line.trim_ascii_start(), [b'f', b' ' | b'\t', ..]);
+    Ok(bytes.split(|b| *b == b'\n').any(face))
 }
 
 fn mesh_info(arguments: &Arguments) -> Result<()> {
@@ -55,7 +56,8 @@ fn mesh_info(arguments: &Arguments) -> Result<()> {
     if apart > 0 {
         problems.push(format!("{apart} joined edges do not coincide, they lie up to {greatest:.6} apart"));
     }
-    let missing = mesh.face_types.iter().filter(|t| library.find(&mesh.types[t.index()]).is_none()).count();
+    let found = find_templates(&mesh, &library);
+    let missing = mesh.face_types.iter().filter(|t| found[t.index()].is_none()).count();
     if missing > 0 {
         problems.push(format!(
             "{missing} faces have a stitch that the library lacks: add it with --templates, rename it with \
@@ -110,9 +112,10 @@ fn contents(mesh: &StitchMesh, library: &TemplateLibrary) -> String {
         mesh.joins.iter().filter(|j| !j.flipped).count()
     );
     let mut counts: BTreeMap<String, (usize, bool)> = BTreeMap::new();
+    let found = find_templates(mesh, library);
     for t in &mesh.face_types {
-        let stitch = &mesh.types[t.index()];
-        counts.entry(stitch.key()).or_insert((0, library.find(stitch).is_some())).0 += 1;
+        let key = mesh.types[t.index()].key();
+        counts.entry(key).or_insert((0, found[t.index()].is_some())).0 += 1;
     }
     for (key, (count, known)) in counts {
         text += &format!("  {count:7}  {key}{}\n", if known { "" } else { "   (not in the library)" });

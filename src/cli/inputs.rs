@@ -4,7 +4,7 @@ use knotmesh::io::text::extension;
 use knotmesh::io::{obj_mesh, smobj};
 use knotmesh::mesh::{StitchMesh, StitchType};
 use knotmesh::scene::rename_types;
-use knotmesh::template::TemplateLibrary;
+use knotmesh::template::{Template, TemplateLibrary};
 use knotmesh::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -50,10 +50,24 @@ pub fn mesh(path: &Path, library: &TemplateLibrary, renames: &[Rename]) -> Resul
         }
         "obj" => {
             let mesh = obj_mesh::read_file(path)?;
-            mesh.into_stitch_mesh(&mut |name, uvs, corners| {
-                let renamed = renames.iter().rev().find(|r| r.from == name).map_or(name, |r| &r.to);
-                resolve(library, renamed, uvs, corners)
-            })
+            let mut hits = vec![false; renames.len()];
+            let mesh = mesh.into_stitch_mesh(&mut |name, uvs, corners| {
+                let mut key = spaced(name);
+                for (rule, hit) in renames.iter().zip(&mut hits) {
+                    if spaced(&rule.from) == key {
+                        key.clone_from(&rule.to);
+                        *hit = true;
+                    }
+                }
+                resolve(library, &key, uvs, corners)
+            })?;
+            match hits.iter().position(|hit| !hit) {
+                Some(i) => Err(Error::invalid(format_args!(
+                    "--map '{}={}': the mesh has no stitch of that name",
+                    renames[i].from, renames[i].to
+                ))),
+                None => Ok(mesh),
+            }
         }
         other => Err(Error::invalid(format_args!(
             "{}: found a file of kind '.{other}', expected a mesh: .smobj or .obj",
@@ -62,43 +76,36 @@ pub fn mesh(path: &Path, library: &TemplateLibrary, renames: &[Rename]) -> Resul
     }
 }
 
-/// The stitch type that a material or group name means for a face of so many corners, and which corner is
-/// the template's first: the file's first, or the one that turns the face upright in its texture coordinates.
-///
-/// A name is a full key with blanks, commas or underscores between its words, or a template's name where
-/// only one template with that many corners has it. Endings that modelling tools add (`.001`) are ignored.
-fn resolve(
-    library: &TemplateLibrary,
-    name: &str,
-    uvs: Option<&[glam::DVec2]>,
-    corners: usize,
-) -> std::result::Result<(StitchType, usize), String> {
+/// A material's name as a key: without the ending that modelling tools add (`.001`), blanks for underscores
+/// and commas.
+fn spaced(name: &str) -> String {
     let stem = match name.rsplit_once('.') {
         Some((stem, digits)) if digits.len() == 3 && digits.bytes().all(|b| b.is_ascii_digit()) => stem,
         _ => name,
     };
-    let spaced = stem.split([' ', ',', '_']).filter(|w| !w.is_empty()).collect::<Vec<_>>().join(" ");
-    let exact = [stem, &spaced].into_iter().find_map(|key| library.by_key(key));
-    let template = match exact {
-        Some(template) => template,
-        None => {
-            let mut named: Vec<_> = library.by_name(stem).filter(|t| t.corners.len() == corners).collect();
-            match named.len() {
-                0 => {
-                    return Err(format!(
-                        "the key or name of a stitch with {corners} corners ('knotmesh templates' lists them; --map renames)"
-                    ));
-                }
-                1 => named.pop().expect("there is one"),
-                _ => {
-                    let keys: Vec<String> = named.iter().map(|t| format!("'{}'", t.key())).collect();
-                    return Err(format!("a full key, one of {}", keys.join(", ")));
-                }
-            }
-        }
+    stem.split([' ', ',', '_']).filter(|w| !w.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+/// The stitch type that a name means for a face of so many corners, and which corner is the template's first:
+/// the file's first, or the one that turns the face upright in its texture coordinates. A name is a full key,
+/// or a template's name where only one template with that many corners has it. One that nothing has becomes a
+/// type of its own, which no library knows.
+fn resolve(
+    library: &TemplateLibrary,
+    key: &str,
+    uvs: Option<&[glam::DVec2]>,
+    corners: usize,
+) -> std::result::Result<(StitchType, usize), String> {
+    let fitting = |t: &&Template| t.corners.len() == corners;
+    let mut named = library.by_key(key).into_iter().chain(library.by_name(key)).filter(fitting);
+    let Some(template) = named.next() else {
+        let name = if key.is_empty() { "(no name)" } else { key };
+        return Ok((StitchType { name: name.into(), labels: vec!["?".into(); corners] }, 0));
     };
-    if template.corners.len() != corners {
-        return Err(format!("{} corners, as '{}' has", template.corners.len(), template.key()));
+    if library.by_key(key).is_none() && named.next().is_some() {
+        let keys: Vec<String> =
+            library.by_name(key).filter(fitting).map(|t| format!("'{}'", t.key())).collect();
+        return Err(format!("a full key, one of {}", keys.join(", ")));
     }
     let stitch = StitchType { name: template.name.clone(), labels: template.labels.clone() };
     Ok((stitch, uvs.map_or(0, |uvs| upright(uvs, &template.corners))))

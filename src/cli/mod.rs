@@ -47,13 +47,13 @@ struct Console {
 impl Console {
     fn warn(self, message: impl std::fmt::Display) {
         if !self.quiet {
-            eprintln!("knotmesh: warning: {message}");
+            complain(format_args!("warning: {message}"));
         }
     }
 
     fn say(self, message: impl std::fmt::Display) {
         if self.verbose {
-            eprintln!("knotmesh: {message}");
+            complain(message);
         }
     }
 }
@@ -66,7 +66,15 @@ enum Ending {
 
 /// Runs the command line.
 pub fn run() -> ExitCode {
-    let cli = Cli::parse();
+    // Whatever stops the program, no half-written file stays behind.
+    let _ = ctrlc::set_handler(|| {
+        knotmesh::io::output::discard_unfinished();
+        std::process::exit(130);
+    });
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
     let console = Console { quiet: cli.quiet, verbose: cli.verbose };
     let result: Result<Ending> = match cli.command {
         Command::Relax(arguments) => relax::run(&arguments, console),
@@ -78,10 +86,33 @@ pub fn run() -> ExitCode {
         Ok(Ending::Done) => ExitCode::SUCCESS,
         Ok(Ending::FellBack) => ExitCode::from(1),
         Err(error) => {
-            eprintln!("knotmesh: {error}");
+            complain(error);
             ExitCode::from(2)
         }
     }
+}
+
+/// One line on standard error; one that cannot be written to is no reason to stop.
+fn complain(message: impl std::fmt::Display) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "knotmesh: {message}");
+}
+
+/// Help and version as clap prints them; errors in one line, like all others.
+fn usage(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    let text = error.to_string();
+    // What is missing or possible stands in indented lines below the first.
+    let lines =
+        text.lines().take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more")).map(str::trim);
+    let line = lines.filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" ");
+    let line = line.strip_prefix("error: ").unwrap_or(&line);
+    let line = if line.is_empty() || text.contains("Commands:") { "no command given" } else { line };
+    complain(format_args!("{line} (see 'knotmesh --help')"));
+    ExitCode::from(2)
 }
 
 /// Prints to standard output; a reader that has gone away (`| head`) is no error.

@@ -18,7 +18,7 @@ use knotmesh::mesh::corners::gaps;
 use knotmesh::scene::{Mode, Scene, SceneOptions};
 use knotmesh::template::Coordinates;
 use knotmesh::{Error, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -121,13 +121,13 @@ pub enum Precision {
 
 /// Relaxes.
 pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
-    for output in &arguments.outputs {
-        CurveFormat::from_path(output)?;
-    }
+    check_outputs(arguments)?;
     if arguments.subdivide > 1000 || arguments.iterations > 100_000 {
         return Err(Error::invalid("--subdivide goes to 1000 and --iterations to 100000"));
     }
     let began = Instant::now();
+    let progress = Progress::new(console.quiet);
+    progress.stage("reading");
     let library = inputs::library(&arguments.templates)?;
     let mesh = inputs::mesh(&arguments.mesh, &library, &arguments.map)?;
     let rest = match &arguments.rest {
@@ -138,6 +138,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     warn_of_mesh(&mesh, console);
 
     let began_compile = Instant::now();
+    progress.stage("compiling");
     let options = SceneOptions {
         mode: arguments.mode.into(),
         coordinates: arguments.coordinates.into(),
@@ -168,18 +169,53 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         scene.gauge * scene.yarn_radius
     ));
     let inputs = Inputs::new(arguments, &mesh, &scene, misfit);
-    // The mesh's topology lives on in the scene; only positions are needed from here.
-    let own_positions = mesh.positions;
     let seconds = Seconds {
         parse: parse.as_secs_f64(),
         compile: began_compile.elapsed().as_secs_f64(),
         ..Seconds::default()
     };
-    let job = Job { arguments, console, scene, extras, inputs, seconds, began };
+    let lost = mesh.checkpoints.iter().map(|c| c.lengths.len()).sum::<usize>() - extras.checkpoints.len();
+    if lost > 0 {
+        console
+            .warn(format_args!("{lost} rest lengths ('c' lines) name a crossing that no yarn has: left out"));
+    }
+    let job = Job { arguments, progress, console, scene, extras, inputs, seconds, began };
+    // The mesh's topology lives on in the scene; only positions are needed from here.
+    let own_positions = mesh.positions;
     match arguments.precision {
         Precision::F32 => job.frames::<f32>(own_positions),
         Precision::F64 => job.frames::<f64>(own_positions),
     }
+}
+
+/// Outputs must have a known kind and a folder, and be neither each other nor an input.
+fn check_outputs(arguments: &Arguments) -> Result<()> {
+    let same = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let inputs = arguments.templates.iter().chain(&arguments.rest).chain([&arguments.mesh]);
+    let inputs: Vec<PathBuf> =
+        inputs.chain(&arguments.frames.as_ref().map(PathBuf::from)).map(|p| same(p)).collect();
+    let mut seen = Vec::new();
+    for (path, report) in
+        arguments.outputs.iter().map(|p| (p, false)).chain(arguments.report.iter().map(|p| (p, true)))
+    {
+        if !report {
+            CurveFormat::from_path(path)?;
+        }
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+        if folder.is_some_and(|f| !f.is_dir()) {
+            return Err(Error::invalid(format_args!("{}: its folder does not exist", path.display())));
+        }
+        let place = same(path);
+        if inputs.contains(&place) {
+            return Err(Error::invalid(format_args!("{}: an output would replace an input", path.display())));
+        }
+        // Devices take any number of outputs.
+        if seen.contains(&place) && !place.exists() | place.is_file() {
+            return Err(Error::invalid(format_args!("{}: named as an output twice", path.display())));
+        }
+        seen.push(place);
+    }
+    Ok(())
 }
 
 fn warn_of_mesh(mesh: &StitchMesh, console: Console) {
@@ -199,6 +235,7 @@ fn warn_of_mesh(mesh: &StitchMesh, console: Console) {
 struct Job<'a> {
     arguments: &'a Arguments,
     console: Console,
+    progress: Progress,
     scene: Arc<Scene>,
     extras: CurveExtras,
     inputs: Inputs,
@@ -249,7 +286,7 @@ impl Job<'_> {
         let mut reports = Vec::new();
         let mut fell_back = Vec::new();
         let mut peak_memory = None;
-        let progress = Progress::new(range.len(), self.console.quiet);
+        self.progress.frames(range.len());
         for (done, frame) in range.clone().enumerate() {
             if let Some(source) = &mut source {
                 timed(&mut self.seconds.read_frames, || source.read(frame, &mut positions))?;
@@ -271,7 +308,7 @@ impl Job<'_> {
             if !faces.is_empty() {
                 fell_back.push((frame, faces));
             }
-            progress.update(done + 1);
+            self.progress.update(done + 1);
         }
         let mut files = Vec::new();
         for sink in sinks {
@@ -283,7 +320,7 @@ impl Job<'_> {
                 Ok(())
             })?;
         }
-        progress.finish();
+        self.progress.finish();
         for file in &files {
             self.console.say(format_args!("wrote {}", file.display()));
         }
@@ -371,28 +408,51 @@ fn timed<R>(seconds: &mut f64, work: impl FnOnce() -> Result<R>) -> Result<R> {
 /// A bar on a terminal, for anything over a second.
 struct Progress {
     bar: ProgressBar,
-    began: Instant,
-    quiet: bool,
 }
 
 impl Progress {
-    fn new(frames: usize, quiet: bool) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(frames as u64), ProgressDrawTarget::hidden());
-        let style =
-            ProgressStyle::with_template("{bar:40} frame {pos}/{len} {eta} left").expect("a valid template");
-        bar.set_style(style);
-        Self { bar, began: Instant::now(), quiet }
+    fn new(quiet: bool) -> Self {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+        bar.set_style(ProgressStyle::with_template("{spinner} {msg}").expect("a valid template"));
+        if !quiet {
+            let later = bar.clone();
+            std::thread::spawn(move || {
+                std::thread::sleep(Duration::from_secs(1));
+                if !later.is_finished() {
+                    // Draws nothing unless standard error is a terminal.
+                    later.set_draw_target(ProgressDrawTarget::stderr());
+                    later.enable_steady_tick(Duration::from_millis(100));
+                }
+            });
+        }
+        Self { bar }
+    }
+
+    fn stage(&self, name: &'static str) {
+        self.bar.set_message(name);
+    }
+
+    fn frames(&self, count: usize) {
+        self.stage("solving and writing");
+        if count > 1 {
+            let template = "{bar:40} frame {pos}/{len}, {eta} left";
+            self.bar.set_style(ProgressStyle::with_template(template).expect("a valid template"));
+            self.bar.set_length(count as u64);
+        }
     }
 
     fn update(&self, done: usize) {
-        if !self.quiet && self.bar.is_hidden() && self.began.elapsed() > Duration::from_secs(1) {
-            // Draws nothing unless standard error is a terminal.
-            self.bar.set_draw_target(ProgressDrawTarget::stderr());
-        }
         self.bar.set_position(done as u64);
     }
 
-    fn finish(self) {
+    fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+impl Drop for Progress {
+    /// An error's line is not to stand beside a bar.
+    fn drop(&mut self) {
+        self.finish();
     }
 }

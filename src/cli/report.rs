@@ -71,7 +71,7 @@ impl Inputs {
         let (joins_apart, greatest_gap) = gaps(mesh);
         Self {
             program: format!("knotmesh {}", env!("CARGO_PKG_VERSION")),
-            command: std::env::args().collect(),
+            command: std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect(),
             mesh: arguments.mesh.clone(),
             vertices: mesh.positions.len(),
             faces: mesh.face_count(),

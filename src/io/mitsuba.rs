@@ -4,7 +4,7 @@
 //! points that ends where it starts is closed. Curves without points cannot be written and are left out.
 
 use super::curves::{CurveHeader, WriteOptions, radius_of, visit_points};
-use super::numbers::{SINGLE, push_number};
+use super::numbers::{DOUBLE, push_number};
 use super::output::Output;
 use super::text::Lines;
 use crate::Result;
@@ -92,7 +92,7 @@ pub fn write(out: &mut Output, curves: &dyn CurveSource, options: &WriteOptions)
         }
         any = true;
         let mut end = vec![b' '];
-        push_number(&mut end, radius_of(&path, curves, yarn, options)?, SINGLE);
+        push_number(&mut end, radius_of(&path, curves, yarn, options)?, DOUBLE);
         end.push(b'\n');
         let mut first = Vec::new();
         visit_points(curves, yarn, |points| {
@@ -100,7 +100,7 @@ pub fn write(out: &mut Output, curves: &dyn CurveSource, options: &WriteOptions)
                 text.clear();
                 for p in part {
                     for x in p.to_array() {
-                        push_number(&mut text, x, SINGLE);
+                        push_number(&mut text, x, DOUBLE);
                         text.push(b' ');
                     }
                     text.pop();

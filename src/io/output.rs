@@ -4,7 +4,26 @@ use crate::{Error, Result};
 use std::fs::File;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use tempfile::NamedTempFile;
+
+/// Temporary files of outputs not yet finished, for a program that is told to stop.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the temporary files of all unfinished outputs: for signal handlers, before the program exits.
+pub fn discard_unfinished() {
+    if let Ok(paths) = UNFINISHED.lock() {
+        for path in paths.iter() {
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+fn forget(path: &Path) {
+    if let Ok(mut paths) = UNFINISHED.lock() {
+        paths.retain(|p| p != path);
+    }
+}
 
 /// A file being written: a temporary one in the same folder until [`Output::commit`] gives it its name.
 /// Dropped before that, it leaves nothing behind.
@@ -46,6 +65,12 @@ impl Seek for Target {
     }
 }
 
+/// What went wrong, without the path that tempfile puts in.
+fn kind_of(error: &std::io::Error) -> String {
+    let text = error.to_string();
+    text.split(" at path ").next().unwrap_or(&text).to_string()
+}
+
 impl Output {
     /// Starts writing `path`. An existing file stays as it is until the commit.
     pub fn create(path: &Path) -> Result<Self> {
@@ -75,7 +100,12 @@ impl Output {
         // Temporary files are private by default; results are ordinary files.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let temporary = builder.tempfile_in(folder)?;
+        // The message names the output, not the temporary file.
+        let temporary =
+            builder.tempfile_in(folder).map_err(|e| std::io::Error::new(e.kind(), kind_of(&e)))?;
+        if let Ok(mut paths) = UNFINISHED.lock() {
+            paths.push(temporary.path().into());
+        }
         if let Some(existing) = existing {
             temporary.as_file().set_permissions(existing.permissions())?;
         }
@@ -114,7 +144,9 @@ impl Output {
         let mut target = self.inner.into_inner().map_err(|e| Error::io(&path, e.into_error()))?;
         target.flush().map_err(|e| Error::io(&path, e))?;
         if let Target::Temporary(file, real) = target {
+            let temporary = file.path().to_path_buf();
             file.persist(real).map_err(|e| Error::io(&path, e.error))?;
+            forget(&temporary);
         }
         Ok(())
     }

@@ -6,7 +6,7 @@
 //! points cannot be written and are left out; a single point becomes a segment without length.
 
 use super::curves::{CurveHeader, WriteOptions, radius_of, visit_points};
-use super::numbers::{SINGLE, push_number};
+use super::numbers::{DOUBLE, push_number};
 use super::output::Output;
 use super::scan::{Kind, Scanner};
 use crate::Result;
@@ -161,7 +161,7 @@ pub fn write(out: &mut Output, curves: &dyn CurveSource, options: &WriteOptions)
             continue;
         }
         let mut width = Vec::new();
-        push_number(&mut width, 2.0 * radius_of(&path, curves, yarn, options)?, SINGLE);
+        push_number(&mut width, 2.0 * radius_of(&path, curves, yarn, options)?, DOUBLE);
         out.put(b"Shape \"curve\" \"string type\" \"cylinder\" \"float width0\" ")?;
         out.put(&width)?;
         out.put(b" \"float width1\" ")?;
@@ -254,7 +254,7 @@ impl Segments<'_> {
     fn point(&mut self, p: DVec3) {
         for x in p.to_array() {
             self.text.push(b' ');
-            push_number(&mut self.text, x, SINGLE);
+            push_number(&mut self.text, x, DOUBLE);
         }
     }
 }

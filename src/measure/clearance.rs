@@ -24,6 +24,8 @@ pub struct Clearance {
 const REACH: f64 = 2.5;
 /// More samples than this are thinned out evenly.
 const MOST: usize = 500_000;
+/// Samples taken at most.
+const MOST_SAMPLES: usize = 20_000_000;
 
 struct Sample {
     at: DVec3,
@@ -36,7 +38,9 @@ struct Sample {
 /// # Errors
 /// Those of the source.
 pub fn clearance(curves: &dyn CurveSource, r: f64) -> Result<Clearance> {
-    let (samples, lengths) = sample(curves, 0.5 * r)?;
+    // Yarn torn over the whole of space needs no finer samples than these.
+    let step = f64::max(0.5 * r, length_of(curves)? / MOST_SAMPLES as f64);
+    let (samples, lengths) = sample(curves, step)?;
     let cell = |p: DVec3| (p / (REACH * r)).floor().as_i64vec3();
     // Samples sorted by cell, so that three neighbouring cells along z are one run.
     let mut order: Vec<([i64; 3], u32)> =
@@ -81,6 +85,22 @@ pub fn clearance(curves: &dyn CurveSource, r: f64) -> Result<Clearance> {
 
 /// A yarn's length and closedness.
 type Extent = (f64, bool);
+
+/// Length of all curves together, closing segments left out.
+fn length_of(curves: &dyn CurveSource) -> Result<f64> {
+    let mut total = 0.0;
+    for yarn in 0..curves.yarn_count() {
+        let mut last: Option<DVec3> = None;
+        curves.visit(yarn, &mut |points| {
+            for p in points {
+                total += last.map_or(0.0, |l| (*p - l).length());
+                last = Some(*p);
+            }
+            Ok(())
+        })?;
+    }
+    Ok(total)
+}
 
 /// Samples every `step` along all curves, and each curve's `(length, closed)`.
 fn sample(curves: &dyn CurveSource, step: f64) -> Result<(Vec<Sample>, Vec<Extent>)> {

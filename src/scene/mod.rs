@@ -136,7 +136,7 @@ impl Scene {
         let found = find_templates(mesh, library);
         let known = |face: usize| found[mesh.face_types[face].index()];
         if !options.skip_unknown {
-            refuse_unknown(mesh, |face| known(face).is_some())?;
+            refuse_unknown(mesh, library, |face| known(face).is_some())?;
         }
 
         // Batches in library order, so that they do not depend on the mesh's numbering of types.
@@ -238,8 +238,8 @@ impl Scene {
             )));
         }
         if let Some(gauge) = given {
-            if !(gauge > 0.0 && gauge.is_finite()) {
-                return Err(Error::invalid(format_args!("gauge {gauge}: expected a positive number")));
+            if !(1e-100..=1e100).contains(&gauge) {
+                return Err(Error::invalid(format_args!("gauge {gauge:e}: expected a positive number")));
             }
             self.gauge = gauge;
             return Ok(());
@@ -321,9 +321,9 @@ impl Scene {
     }
 }
 
-/// `[stitch type]` its template and rotation. Where some are the given libraries' own, a stand-in with another
+/// `[stitch type]` of a mesh: its template and rotation. Where some are the given libraries' own, a stand-in with another
 /// yarn radius does not count.
-fn find_templates(mesh: &StitchMesh, library: &TemplateLibrary) -> Vec<Option<(TemplateId, usize)>> {
+pub fn find_templates(mesh: &StitchMesh, library: &TemplateLibrary) -> Vec<Option<(TemplateId, usize)>> {
     let mut found: Vec<_> = mesh.types.iter().map(|t| library.find(t)).collect();
     let mut used = vec![false; found.len()];
     mesh.face_types.iter().for_each(|t| used[t.index()] = true);
@@ -339,9 +339,11 @@ fn find_templates(mesh: &StitchMesh, library: &TemplateLibrary) -> Vec<Option<(T
 }
 
 /// An error that lists the stitch types without a template and how many faces use each.
-fn refuse_unknown(mesh: &StitchMesh, known: impl Fn(usize) -> bool) -> Result<()> {
+fn refuse_unknown(mesh: &StitchMesh, library: &TemplateLibrary, known: impl Fn(usize) -> bool) -> Result<()> {
     let mut missing: BTreeMap<String, usize> = BTreeMap::new();
+    let mut other_yarn = false;
     for face in (0..mesh.face_count()).filter(|f| !known(*f)) {
+        other_yarn |= library.find(mesh.face_type(face.into())).is_some();
         *missing.entry(mesh.face_type(face.into()).key()).or_default() += 1;
     }
     if missing.is_empty() {
@@ -356,7 +358,7 @@ fn refuse_unknown(mesh: &StitchMesh, known: impl Fn(usize) -> bool) -> Result<()
          the faces out with --skip-unknown",
         list.len(),
         if list.len() == 1 { "" } else { "s" },
-        list.join(", ")
+        list.join(", ") + if other_yarn { " (the built-in library's yarn is of another radius)" } else { "" }
     )))
 }
 

@@ -54,6 +54,7 @@ fn the_rest_pose_gives_the_template() {
 }
 
 #[test]
+#[cfg_attr(not(knotmesh_data), ignore = "KNOTMESH_DATA is not set")]
 fn the_rest_pose_gives_the_template_of_real_libraries() {
     let Some(data) = crate::common::data() else { return };
     for file in ["illustration.sf", "knitout.sf", "weave.sf"] {

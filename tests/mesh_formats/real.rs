@@ -16,6 +16,7 @@ fn data() -> Option<PathBuf> {
 
 /// The counts were taken with awk, not with this reader.
 #[test]
+#[cfg_attr(not(knotmesh_data), ignore = "KNOTMESH_DATA is not set")]
 fn stitch_meshes() {
     let Some(data) = data() else { return };
     // File, vertices, faces, joins, joins that are not flipped, types, hints, ignored lines.
@@ -67,6 +68,7 @@ fn area(face: &PlainTemplate) -> f64 {
 }
 
 #[test]
+#[cfg_attr(not(knotmesh_data), ignore = "KNOTMESH_DATA is not set")]
 fn face_libraries() {
     let Some(data) = data() else { return };
     let mut keys = HashSet::new();
@@ -119,6 +121,7 @@ fn face_libraries() {
 }
 
 #[test]
+#[cfg_attr(not(knotmesh_data), ignore = "KNOTMESH_DATA is not set")]
 fn polygons_of_other_programs() {
     let Some(data) = data() else { return };
     let sock = obj_mesh::read_file(&data.join("madypg/objstatic/sock/cloth.obj")).unwrap();
