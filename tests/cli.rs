@@ -154,7 +154,10 @@ fn errors_are_one_line_exit_2_and_leave_nothing_behind() {
         (vec!["relax", &at(&out, "binary.smobj"), "-o", &target], "binary.smobj:1:"),
         (vec!["relax", "README.md", "-o", &target], "expected a mesh: .smobj or .obj"),
         (vec!["relax", "stitches/tube.smobj", "-o", "a.xyz"], "a.xyz"),
-        (vec!["relax", "stitches/tube.smobj", "-o", "/no/such/folder/a.obj"], "/no/such/folder/a.obj: its folder"),
+        (
+            vec!["relax", "stitches/tube.smobj", "-o", "/no/such/folder/a.obj"],
+            "/no/such/folder/a.obj: its folder",
+        ),
         (
             vec!["relax", "stitches/tube.smobj", "-o", &target, "--gauge", "0"],
             "gauge 0e0: expected a positive number",
