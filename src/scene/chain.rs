@@ -122,15 +122,8 @@ fn link(
 ) {
     // The crossings of the face's edge, with template edges counted from the template's corner 0.
     let side = |e: crate::mesh::FaceEdge| {
-        let place = scene.face_places[e.face.index()];
-        if place.skipped() {
-            return None;
-        }
-        let batch = &scene.batches[place.batch as usize];
-        let n = scene.stencils[batch.stencil].corner_count;
-        let corner = rotation(mesh, scene, e.face);
-        let edge = (e.edge as usize + n - corner) % n;
-        Some(&edge_crossings[batch.stencil][edge])
+        let (stencil, edge) = scene.template_edge(mesh, e)?;
+        Some(&edge_crossings[stencil][edge])
     };
     let (Some(a), Some(b)) = (side(join.a), side(join.b)) else { return };
     let end = |face: FaceId, c: &Crossing| (2 * (strands.first[face.index()] + c.strand) + c.end) as usize;
@@ -147,11 +140,6 @@ fn link(
             links[j] = i as u32;
         }
     }
-}
-
-/// Which corner of the face is the template's corner 0.
-fn rotation(mesh: &StitchMesh, scene: &Scene, face: FaceId) -> usize {
-    scene.rotations[mesh.face_types[face.index()].index()] as usize
 }
 
 fn walk(strands: &Strands, links: &[u32], count: u32) -> Yarns {

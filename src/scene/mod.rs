@@ -8,9 +8,9 @@ pub use stencil::{NO_SLOT, Role, Stencil, StencilPoint, Term};
 
 use crate::ids::{FaceId, TemplateId};
 use crate::mesh::corners::CornerGroups;
-use crate::mesh::{StitchMesh, StitchType};
+use crate::mesh::{FaceEdge, StitchMesh, StitchType};
 use crate::template::check::polygon_area;
-use crate::template::{Coordinates, Strand, Template, TemplateLibrary};
+use crate::template::{Coordinates, Place, Strand, Template, TemplateLibrary};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -271,23 +271,30 @@ impl Scene {
         Ok(())
     }
 
+    /// The stencil of a kept face and the edge of its template that an edge of the face is.
+    pub fn template_edge(&self, mesh: &StitchMesh, at: FaceEdge) -> Option<(usize, usize)> {
+        let place = self.face_places[at.face.index()];
+        if place.skipped() {
+            return None;
+        }
+        let stencil = self.batches[place.batch as usize].stencil;
+        let n = self.stencils[stencil].corner_count;
+        let rotation = self.rotations[mesh.face_types[at.face.index()].index()] as usize;
+        Some((stencil, (at.edge as usize + n - rotation) % n))
+    }
+
     /// The slot of a face's crossing of the given rank on an edge: by fraction along it, then by z.
-    pub fn crossing_slot(&self, mesh: &StitchMesh, at: crate::mesh::FaceEdge, rank: u32) -> Option<u32> {
-        let (stencil, first_slot) = self.face_stencil(at.face)?;
-        let n = stencil.corner_count;
-        let edge =
-            (at.edge as usize + n - self.rotations[mesh.face_types[at.face.index()].index()] as usize) % n;
-        let template =
-            &self.templates[self.batches[self.face_places[at.face.index()].batch as usize].stencil];
+    pub fn crossing_slot(&self, mesh: &StitchMesh, at: FaceEdge, rank: u32) -> Option<u32> {
+        let (_, first_slot) = self.face_stencil(at.face)?;
+        let (stencil, edge) = self.template_edge(mesh, at)?;
+        let template = &self.templates[stencil];
         let strands = self.mode.strands(template);
         let mut crossings: Vec<(f64, f64, usize)> = strands
             .iter()
             .flatten()
             .enumerate()
             .filter_map(|(i, p)| match p.place {
-                crate::template::Place::Boundary { edge: e, along } if e as usize == edge => {
-                    Some((along, p.z, i))
-                }
+                Place::Boundary { edge: e, along } if e as usize == edge => Some((along, p.z, i)),
                 _ => None,
             })
             .collect();
