@@ -40,9 +40,16 @@ fn faces(scene: &Scene, yarn: usize) -> Vec<u32> {
 /// Seeded faults: votes ignored; yarns begun at the highest strand.
 #[test]
 fn yarns_run_along_their_labels_in_the_order_of_their_lowest_face() {
-    // Rows to the right and back, unconnected at the sides: a yarn each, and loose loops below.
-    let mesh = grid(5, 4, Wrap::Flat, true, |k, _| if k % 2 == 0 { KNIT.into() } else { BACK.into() });
-    let scene = compile(&mesh);
+    // Rows to the right and back, unconnected at the sides: a yarn each, and loose loops below. The strands of
+    // one of the second pair run against its labels, for it derives from the other by its labels alone.
+    let (right, left) = ("knit-to-right -l1 +y1 +l1 -y1", "knit-to-left -l1 -y1 +l1 +y1");
+    for [out, back] in [[KNIT, BACK], [right, left]] {
+        check_rows(&grid(5, 4, Wrap::Flat, true, |k, _| if k % 2 == 0 { out.into() } else { back.into() }));
+    }
+}
+
+fn check_rows(mesh: &StitchMesh) {
+    let scene = compile(mesh);
     let lowest: Vec<u32> = (0..scene.yarns.len()).map(|y| *faces(&scene, y).iter().min().unwrap()).collect();
     assert!(lowest.is_sorted(), "{lowest:?}");
     let mut along = 0;
