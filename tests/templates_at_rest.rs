@@ -1,7 +1,7 @@
 //! The library of our own at rest: no two strands' centrelines nearer than 1.5 r (samples every r / 2, arc within
 //! 1.2 pi r on the same yarn excluded), in tiled swatches and for every template on its own.
 //!
-//! Seen red with the plain knit's half-lengths 20 % shorter and with its contacts at 0.7 r.
+//! Seen red with the plain knit's half-lengths 20 % shorter.
 
 mod common;
 #[path = "../examples/make_stitches.rs"]
