@@ -46,6 +46,7 @@ fn strands_keep_clear_in_tiled_swatches() {
         ("rib 2x2", rows(|_, i| pick(i % 4 < 2))),
         ("garter", rows(|k, _| pick(k % 2 == 0))),
         ("seed", rows(|k, i| pick((k + i) % 2 == 0))),
+        ("twisted", rows(|_, _| "knit-twisted")),
         ("twisted every other stitch", rows(|k, i| if (k + i) % 2 == 0 { "knit-twisted" } else { "knit" })),
         ("cast on", rows(|k, _| if k == 0 { "tuck-twist" } else { "knit" })),
         ("slipped", rows(|k, i| if k % 2 == 1 && i % 2 == 0 { "slip" } else { "knit" })),
