@@ -172,6 +172,9 @@ def validate(t):
             i += 1
     for k in range(len(knots)):
         v = visits.get(k, [])
+        if len(v) == 1:
+            bad += deeper(t, visits, k)
+            continue
         if len(v) != 2:
             bad.append(f"knot {k}: {len(v)} strands")
             continue
@@ -185,6 +188,33 @@ def validate(t):
                 bad.append(f"knot {k}: strands nearer than 2r at contact {s:+d}")
         if (za[1] > zb[1]) == (za[-1] > zb[-1]):
             bad.append(f"knot {k}: strands do not swap")
+    return bad
+
+
+def deeper(t, visits, k):
+    """What is wrong with a knot that only the loop of a deeper layer passes: it must share its place (centres within 3r,
+    directions within a right angle) with a full knot, round whose leg its loop wraps on the side of that knot's own loop."""
+    r, knots = t["yarn_radius"], t["knots"]
+    (_, z, c, zc), = visits[k]
+    gap = lambda j: math.dist(knots[j]["center"], knots[k]["center"])
+    full = [j for j, w in visits.items() if j < len(knots) and len(w) == 2 and gap(j) <= 3 * r
+            and math.cos(knots[j]["tilt"] - knots[k]["tilt"]) > 0]
+    if not full:
+        return [f"knot {k}: 1 strand, and no full knot in its place"]
+    j = min(full, key=gap)
+    leg = [w for w in visits[j] if w[2] == -c]
+    loop = [w for w in visits[j] if w[2] == c]
+    if len(leg) != 1 or len(loop) != 1:
+        return [f"knot {k}: takes another side than the loop of knot {j}"]
+    bad = []
+    leg, loop = leg[0][1], loop[0][1]
+    for s in (-1, 1):
+        if (z[s] > leg[s]) != (loop[s] > leg[s]):
+            bad.append(f"knot {k}: contact {s:+d} is on another side of the leg than knot {j}'s loop")
+        if abs(z[s] - leg[s]) < 2 * r - 1e-6:
+            bad.append(f"knot {k}: nearer than 2r to the leg at contact {s:+d}")
+    if abs(zc - (z[1] + z[-1]) / 2) > 2e-6:
+        bad.append(f"knot {k}: the control is not halfway between its contacts")
     return bad
 
 
@@ -629,6 +659,20 @@ def set_params(t, spec, x):
                 p["at"][1] = a
             else:
                 p["z"] = a
+            if s[0] == "layer":          # a control halfway between its two contacts
+                y = t["yarns"][s[1]]
+                c = s[2] + 1 if y[s[2] + 1].get("knot") == p["knot"] else s[2] - 1
+                y[c]["z"] = (y[c - 1]["z"] + y[c + 1]["z"]) / 2
+
+
+def layer_knots(t):
+    """Knots that only one strand passes: knot -> (yarn, place of its first contact)."""
+    at = {}
+    for yi, y in enumerate(t["yarns"]):
+        for pi, p in enumerate(y):
+            if "control" in p:
+                at.setdefault(p["knot"], []).append((yi, pi - 1))
+    return {k: v[0] for k, v in at.items() if len(v) == 1}
 
 
 def all_params(t, fix_z=False):
@@ -639,6 +683,8 @@ def all_params(t, fix_z=False):
                 out += [("free", yi, pi, "u"), ("free", yi, pi, "v")]
                 if not fix_z:
                     out.append(("free", yi, pi, "z"))
+    if not fix_z:
+        out += [("layer", yi, pi + d, "z") for yi, pi in layer_knots(t).values() for d in (0, 2)]
     return out
 
 
@@ -745,7 +791,8 @@ def search(objective, lib, k, spec, mirror=None, w_keep=0.0, iters=60, verbose=T
 
     f0 = f(x0)
     room = {"u": span, "v": span, "tilt": 4 * span, "z": span}
-    bounds = [(0.5 * R, 0.22) if c[-1] == "l" else (a - room[c[-1]], a + room[c[-1]]) for a, c in zip(x0, spec)]
+    deep = layer_knots(t)
+    bounds = [(0.5 * R, 0.26 if c[1] in deep else 0.22) if c[-1] == "l" else (a - room[c[-1]], a + room[c[-1]]) for a, c in zip(x0, spec)]
     res = minimize(f, x0, method="L-BFGS-B", bounds=bounds, options=dict(maxiter=iters, maxfun=iters * (len(x0) + 1) * 2, eps=1e-5))
     x = res.x if res.fun <= f0 else x0
     f(x)
@@ -754,9 +801,9 @@ def search(objective, lib, k, spec, mirror=None, w_keep=0.0, iters=60, verbose=T
     return t
 
 
-def mirror_knit(t):
-    """Knot 1 is the mirror of knot 0."""
-    a, b = t["knots"][0], t["knots"][1]
+def mirror_knit(t, k=0):
+    """Knot k + 1 is the mirror of knot k."""
+    a, b = t["knots"][k], t["knots"][k + 1]
     b["center"] = [-a["center"][0], a["center"][1]]
     b["tilt"] = math.pi - a["tilt"]
     b["half_length"] = a["half_length"]
@@ -772,6 +819,11 @@ def K(k, first, control, z0, z1, zc=0.0):
     """Through knot k: contact `first` at z0, control, the other contact at z1."""
     return [{"knot": k, "contact": first, "z": z0}, {"knot": k, "control": control, "z": zc},
             {"knot": k, "contact": -first, "z": z1}]
+
+
+def D(k, first, control, z0, z1):
+    """Through the knot of a deeper layer: its control lies halfway between its contacts."""
+    return K(k, first, control, z0, z1, (z0 + z1) / 2)
 
 
 def F(u, v, z=0.0):
@@ -823,16 +875,17 @@ def arch(z):
 
 
 def stacked(name, edges, z1, z2):
-    """A knit through two loops, one in front of the other; they cross the lower edge at z1 (behind) and z2 (in front)."""
+    """A knit through two loops, one in front of the other; they cross the lower edge at z1 (behind) and z2 (in front).
+    Each leg has a knot with either loop; the leg itself passes the one with the loop behind."""
     r = R
     n = [-2 * r + E0, 2 * r]
-    f1, f2, f3 = F(-0.27, -0.18, 2 * r), F(-0.28, 0.05, 1.5 * r), F(-0.13, 0.15, 0)
-    half = [B(0, LO, z2), f1, f2, f3]
-    return template(name, edges, QUAD, [knot(-0.215, -0.0045, 1.0645, 0.1385), knot(0.215, -0.0045, math.pi - 1.0645, 0.1385)], [
+    u, v, tilt, l = (0.32, 0.1, 1.45, 0.19) if z1 == 0 else (0.31, 0.05, 1.6, 0.25)
+    return template(name, edges, QUAD, [knot(-0.19, 0.0, 1.22, 0.17), knot(0.19, 0.0, math.pi - 1.22, 0.17),
+                                        knot(-u, v, tilt, l), knot(u, v, math.pi - tilt, l)], [
         [B(3, YL)] + K(0, -1, 1, *n) + [B(2, HI)],
         [B(1, YR)] + K(1, -1, -1, *n) + [B(2, LO)],
         [B(0, LO, z1)] + K(0, -1, -1, E0, -2 * r) + K(1, 1, 1, -2 * r, E0) + [B(0, HI, z1)],
-        half + flip(half)[::-1]])
+        [B(0, LO, z2)] + D(2, -1, -1, 2 * r, -1.5 * r) + D(3, 1, 1, -1.5 * r, 2 * r) + [B(0, HI, z2)]])
 
 
 PENT = [(-0.85, 0), (0, -0.527), (0.85, 0), (0.5, 0.5), (-0.5, 0.5)]
@@ -843,16 +896,17 @@ TURN = [(-0.4, -0.6), (0.4, 0), (-0.4, 0.6), (-0.4, 0)]
 
 
 def seed_decrease():
-    """The left loop in front: each leg of the new loop has a knot with the loop behind; the loop in front runs over it."""
+    """The left loop in front. Each leg of the new loop has a knot with either loop; the leg itself passes the one with
+    the loop behind, only the loop in front passes its own two."""
     r = R
     n = [-2 * r + E0, 2 * r]
-    f = [F(-0.33, 0.06, 2 * r + E0), F(-0.34, 0.2, 1.2 * r), F(-0.2, 0.3, 0)]
-    g = [F(-p["at"][0], p["at"][1], p["z"]) for p in f[::-1]]
-    return template("decrease-right+", "-lX -lX +yX +lX -yX", PENT, [knot(-0.26, 0.18, 1.06, 0.13), knot(0.26, 0.18, math.pi - 1.06, 0.13)], [
+    return template("decrease-right+", "-lX -lX +yX +lX -yX", PENT, [
+        knot(-0.22, 0.01, 1.45, 0.17), knot(0.37, 0.06, 1.91, 0.18), knot(-0.39, 0.1, 1.22, 0.19), knot(0.33, 0.14, 2.17, 0.18)], [
         [B(4, YL)] + K(0, -1, 1, *n) + [B(3, HI)],
         [B(2, YR)] + K(1, -1, -1, *n) + [B(3, LO)],
-        [B(0, LO), F(-0.47, -0.03, 0.12)] + f + g + [F(0.1, -0.16, 0.16), B(0, HI)],
-        [B(1, LO), F(-0.08, -0.14, -0.06)] + K(0, -1, -1, E0, -2 * r) + K(1, 1, 1, -2 * r, E0) + [F(0.47, -0.03, 0), B(1, HI)]])
+        [B(0, LO), F(-0.5, -0.2, 0.11)] + D(2, -1, -1, 2 * r, -0.2 * r) + D(3, 1, 1, -0.2 * r, 2.6 * r)
+        + [F(-0.02, -0.41, 0.28), B(0, HI)],
+        [B(1, LO), F(-0.09, -0.17, 0.13)] + K(0, -1, -1, E0, -2 * r) + K(1, 1, 1, -2 * r, E0) + [F(0.4, -0.26, 0.04), B(1, HI)]])
 
 
 def seed_make(kind):
@@ -1286,12 +1340,23 @@ def alone(k, lib):
     return Swatch(lib[k]["corners"], [(k, list(range(n)))], [])
 
 
+def low_head(t, top=0.4):
+    """Keeps the head of the front loop in the face: the upper contacts of its knots (2 and 3) no higher than top."""
+    for k in t["knots"][2:]:
+        k["center"][1] = min(k["center"][1], top - k["half_length"] * math.sin(k["tilt"]))
+
+
 def both_halves(t):
-    """Symmetry of the stacked knit."""
+    """Symmetry of the stacked knit: knots 1 and 3 mirror 0 and 2, the front loop its own left half."""
+    low_head(t, 0.34)
     mirror_knit(t)
+    mirror_knit(t, 2)
     y = t["yarns"][3]
-    for i in (1, 2, 3):
-        y[7 - i]["at"], y[7 - i]["z"] = [-y[i]["at"][0], y[i]["at"][1]], y[i]["z"]
+    n = len(y) - 1
+    for i in range(1, (n + 1) // 2):
+        y[n - i]["z"] = y[i]["z"]
+        if "at" in y[i]:
+            y[n - i]["at"] = [-y[i]["at"][0], y[i]["at"][1]]
 
 
 def half_turn(t):
@@ -1305,7 +1370,7 @@ def half_turn(t):
 # key: (symmetry, starts)
 SEARCH = {
     KP: (mirror_knit, 1),
-    "decrease-right+ -lX -lX +yX +lX -yX": (None, 3),
+    "decrease-right+ -lX -lX +yX +lX -yX": (low_head, 3),
     "make-left-tuck+ -lX +yX +lX +lX -yX": (None, 1),
     "make-left-tuck-twist+ -lX +yX +lX +lX -yX": (None, 1),
     "make-left-tuck-twist- -lX -yX +lX +lX +yX": (None, 1),

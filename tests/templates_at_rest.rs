@@ -87,7 +87,7 @@ fn strands_keep_clear_in_lace() {
     let mesh = knotmesh::io::smobj::read("lace.smobj".as_ref(), &bytes).unwrap();
     let found = measure(&mesh);
     println!("lace: smallest {:.2} r, {:.0} % below 2 r", found.smallest, 100.0 * found.share_below_2r);
-    assert!(found.smallest >= 1.4 && found.share_below_1_5r < 0.005, "{found:?}");
+    assert!(found.smallest >= 1.5, "{found:?}");
 }
 
 #[test]
