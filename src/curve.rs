@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::backend::FrameOutput;
-use crate::math::Real;
+use crate::math::Scalar;
 use crate::mesh::StitchMesh;
 use crate::scene::{NO_SECOND_SLOT, Scene};
 use crate::yarn::{CurveCheckpoint, CurveSource};
@@ -142,7 +142,7 @@ pub fn sampled_len(n: usize, closed: bool, subdivide: usize) -> usize {
     }
 }
 
-impl<'a, T: Real> FrameCurves<'a, T> {
+impl<'a, T: Scalar> FrameCurves<'a, T> {
     /// Curves of `output`, with `subdivide` extra points a segment.
     pub fn new(
         scene: &'a Scene,
@@ -176,7 +176,7 @@ impl<'a, T: Real> FrameCurves<'a, T> {
     }
 }
 
-impl<T: Real> CurveSource for FrameCurves<'_, T> {
+impl<T: Scalar> CurveSource for FrameCurves<'_, T> {
     fn yarn_count(&self) -> usize {
         self.scene.yarns.len()
     }

@@ -14,7 +14,7 @@ use common::Random;
 use glam::DVec3;
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
 use knotmesh::knot::Settings;
-use knotmesh::math::{Real, V3};
+use knotmesh::math::{Scalar, V3};
 use knotmesh::measure::misfit::misfit;
 use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::{Scene, SceneOptions};
@@ -34,7 +34,7 @@ struct Faces {
     energy: Vec<f64>,
 }
 
-fn solve<T: Real<Mask = bool>>(scene: &Arc<Scene>, first: &[DVec3], positions: &[DVec3]) -> Faces {
+fn solve<T: Scalar>(scene: &Arc<Scene>, first: &[DVec3], positions: &[DVec3]) -> Faces {
     let mut backend = CpuBackend::<T>::new(scene.clone(), &Settings::default(), 1).expect("in range");
     let mut output = FrameOutput::default();
     // The first frame sets the origin, the same for all.

@@ -2,7 +2,7 @@
 
 use super::{Backend, FrameOutput};
 use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start, Status, Workspace};
-use crate::math::{Real, V3};
+use crate::math::{Scalar, V3};
 use crate::scene::{NO_SECOND_SLOT, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -17,7 +17,7 @@ const MOST_THREADS: usize = 1024;
 
 /// Runs scenes on the CPU, in f64 (the reference) or f32 (its twin).
 #[derive(Debug)]
-pub struct CpuBackend<T: Real> {
+pub struct CpuBackend<T: Scalar> {
     scene: Arc<Scene>,
     kernels: Vec<Kernel<T>>,
     start: Start,
@@ -31,7 +31,7 @@ pub struct CpuBackend<T: Real> {
     solved_before: bool,
 }
 
-impl<T: Real<Mask = bool>> CpuBackend<T> {
+impl<T: Scalar> CpuBackend<T> {
     /// A backend for a scene; `threads` 0 takes one per core.
     ///
     /// # Errors
@@ -206,7 +206,7 @@ impl<T: Real<Mask = bool>> CpuBackend<T> {
     }
 }
 
-impl<T: Real<Mask = bool>> Backend<T> for CpuBackend<T> {
+impl<T: Scalar> Backend<T> for CpuBackend<T> {
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()> {
         self.localise(positions)?;
         output.origin = self.origin.expect("set with the first frame");
@@ -228,7 +228,7 @@ impl<T: Real<Mask = bool>> Backend<T> for CpuBackend<T> {
 
 /// The vector area of a polygon; zero for one so thin that it has no frame either (see
 /// [`crate::knot::frame::face_frame`]) or not finite, so that a bad face spoils no neighbour's normal.
-fn vector_area<T: Real>(vertices: &[u32], local: &[V3<T>]) -> V3<T> {
+fn vector_area<T: Scalar>(vertices: &[u32], local: &[V3<T>]) -> V3<T> {
     let first = local[vertices[0] as usize];
     let (mut sum, mut size) = (V3::zero(), T::zero());
     for pair in vertices[1..].windows(2) {
@@ -242,7 +242,7 @@ fn vector_area<T: Real>(vertices: &[u32], local: &[V3<T>]) -> V3<T> {
 }
 
 /// What is reported of a face with nothing to solve.
-fn unsolved<T: Real>() -> FaceResult<T> {
+fn unsolved<T: Scalar>() -> FaceResult<T> {
     FaceResult { energy_start: T::zero(), energy: T::zero(), status: Status::Interpolated }
 }
 

@@ -7,12 +7,12 @@ pub use cpu::CpuBackend;
 use crate::Result;
 use crate::ids::FaceId;
 use crate::knot::{FaceResult, KnotState, Status};
-use crate::math::{Real, V3};
+use crate::math::{Scalar, V3};
 use crate::scene::Scene;
 use glam::DVec3;
 
 /// Turns the positions of a frame into control points.
-pub trait Backend<T: Real> {
+pub trait Backend<T: Scalar> {
     /// Solves one frame.
     ///
     /// `positions` are world coordinates, one per vertex of the scene's mesh. The result replaces what is in
@@ -44,7 +44,7 @@ impl<T> Default for FrameOutput<T> {
     }
 }
 
-impl<T: Real> FrameOutput<T> {
+impl<T: Scalar> FrameOutput<T> {
     /// A control point in world coordinates.
     #[inline]
     pub fn world(&self, point: usize) -> DVec3 {

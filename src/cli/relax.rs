@@ -11,7 +11,7 @@ use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_wr
 use knotmesh::io::frames::{Frames, frame_range};
 use knotmesh::io::result::ResultWriter;
 use knotmesh::knot::{Settings, Solver, Start, Status};
-use knotmesh::math::Real;
+use knotmesh::math::Scalar;
 use knotmesh::measure::misfit::misfit;
 use knotmesh::mesh::StitchMesh;
 use knotmesh::mesh::corners::gaps;
@@ -256,7 +256,7 @@ enum Writer {
 }
 
 impl Job<'_> {
-    fn frames<T: Real<Mask = bool>>(mut self, own_positions: Vec<glam::DVec3>) -> Result<Ending> {
+    fn frames<T: Scalar>(mut self, own_positions: Vec<glam::DVec3>) -> Result<Ending> {
         let arguments = self.arguments;
         let settings = Settings {
             solver: arguments.solver.into(),
@@ -333,7 +333,7 @@ impl Job<'_> {
         Ok(if fell_back.is_empty() || arguments.allow_degenerate { Ending::Done } else { Ending::FellBack })
     }
 
-    fn open_sinks<T: Real>(&self, output: &FrameOutput<T>, frame_count: usize) -> Result<Vec<Sink>> {
+    fn open_sinks<T: Scalar>(&self, output: &FrameOutput<T>, frame_count: usize) -> Result<Vec<Sink>> {
         self.arguments
             .outputs
             .iter()
@@ -377,7 +377,7 @@ impl Job<'_> {
 }
 
 impl Sink {
-    fn frame<T: Real>(&mut self, scene: &Scene, frame: usize, output: &FrameOutput<T>) -> Result<()> {
+    fn frame<T: Scalar>(&mut self, scene: &Scene, frame: usize, output: &FrameOutput<T>) -> Result<()> {
         let curves = FrameCurves::new(scene, output, self.subdivide, Some(&self.extras));
         match &mut self.writer {
             Writer::Curves(writer) => writer.frame(frame, &curves),
@@ -386,7 +386,7 @@ impl Sink {
     }
 }
 
-fn fallen_faces<T: Real>(scene: &Scene, output: &FrameOutput<T>) -> Vec<FaceId> {
+fn fallen_faces<T: Scalar>(scene: &Scene, output: &FrameOutput<T>) -> Vec<FaceId> {
     let mut faces: Vec<FaceId> = scene
         .batches
         .iter()

@@ -6,7 +6,7 @@ use knotmesh::curve::FrameCurves;
 use knotmesh::ids::FaceId;
 use knotmesh::io::output::Output;
 use knotmesh::knot::Status;
-use knotmesh::math::Real;
+use knotmesh::math::Scalar;
 use knotmesh::measure::clearance::{Clearance, clearance};
 use knotmesh::measure::misfit::Misfit;
 use knotmesh::measure::quantile;
@@ -148,7 +148,7 @@ impl Energy {
 const DENSE: usize = 4;
 
 impl FrameReport {
-    pub fn new<T: Real>(
+    pub fn new<T: Scalar>(
         scene: &Scene,
         frame: usize,
         output: &FrameOutput<T>,

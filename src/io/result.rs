@@ -5,7 +5,7 @@ use crate::Result;
 use crate::backend::FrameOutput;
 use crate::curve::sampled_len;
 use crate::ids::FaceId;
-use crate::math::Real;
+use crate::math::Scalar;
 use crate::scene::{Role, Scene};
 use crate::yarn::CurveSource;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ impl ResultWriter {
     ///
     /// # Errors
     /// The file cannot be made.
-    pub fn create<T: Real>(
+    pub fn create<T: Scalar>(
         path: &Path,
         scene: &Scene,
         output: &FrameOutput<T>,
@@ -87,7 +87,7 @@ impl ResultWriter {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn frame<T: Real>(
+    pub fn frame<T: Scalar>(
         &mut self,
         scene: &Scene,
         output: &FrameOutput<T>,

@@ -10,7 +10,7 @@ pub mod lift;
 pub mod solve;
 pub mod start;
 
-use crate::math::{Real, V2, V3};
+use crate::math::{Real, Scalar, V2, V3};
 use crate::scene::{Mode, Role, Stencil};
 pub use energy::Weights;
 pub use solve::Solver;
@@ -124,7 +124,7 @@ pub struct Workspace<T: Real> {
     solve: solve::Solve<T>,
 }
 
-impl<T: Real<Mask = bool>> Kernel<T> {
+impl<T: Scalar> Kernel<T> {
     /// Prepares a stitch type.
     pub fn new(stencil: &Stencil<f64>, mode: Mode, settings: &Settings) -> Self {
         Self {
@@ -225,7 +225,7 @@ impl<T: Real<Mask = bool>> Kernel<T> {
     }
 }
 
-fn status_of<T: Real<Mask = bool>>(outcome: &solve::Outcome<T>, iterations: u32) -> Status {
+fn status_of<T: Scalar>(outcome: &solve::Outcome<T>, iterations: u32) -> Status {
     if outcome.at_rest {
         Status::AtRest
     } else if outcome.converged {

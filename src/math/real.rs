@@ -1,5 +1,6 @@
 //! The scalar that the kernels are written over.
 
+use super::lanes::{Wide, Width};
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -23,14 +24,23 @@ pub trait Real:
 {
     /// The result of a comparison.
     type Mask: Copy + Debug + Default + Send + Sync;
+    /// One of the numbers side by side.
+    type Scalar: Scalar;
+
+    /// How many numbers stand side by side.
+    const LANES: usize;
 
     /// Energies at or below this are zero to rounding: the stitch is at rest.
     const REST_ENERGY: f64;
 
     /// Rounds to this precision.
     fn of(x: f64) -> Self;
-    /// The number as f64 (exact).
-    fn to_f64(self) -> f64;
+    /// The same number in every lane.
+    fn splat(x: Self::Scalar) -> Self;
+    /// The number in a lane.
+    fn lane(&self, lane: usize) -> Self::Scalar;
+    /// Puts a number into a lane.
+    fn set_lane(&mut self, lane: usize, value: Self::Scalar);
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -57,6 +67,28 @@ pub trait Real:
     fn mask(value: bool) -> Self::Mask;
     /// Whether the mask is set anywhere.
     fn any(mask: Self::Mask) -> bool;
+    /// Whether the mask is set in a lane.
+    fn mask_lane(mask: Self::Mask, lane: usize) -> bool;
+
+    /// The values at places given as whole numbers, each clamped to the slice; NaN counts as 0.
+    #[inline(always)]
+    fn gather(values: &[Self::Scalar], places: Self) -> Self {
+        let mut out = Self::default();
+        for lane in 0..Self::LANES {
+            let place = places.lane(lane).to_f64() as usize;
+            out.set_lane(lane, values[place.min(values.len() - 1)]);
+        }
+        out
+    }
+    /// The largest whole number not above; for magnitudes below 2^22.
+    #[inline(always)]
+    fn floor(self) -> Self {
+        let mut out = self;
+        for lane in 0..Self::LANES {
+            out.set_lane(lane, Self::Scalar::of(self.lane(lane).to_f64().floor()));
+        }
+        out
+    }
 
     /// 0.
     #[inline(always)]
@@ -70,10 +102,40 @@ pub trait Real:
     }
 }
 
+/// A single number.
+pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialEq + PartialOrd + bytemuck::Pod {
+    /// The number as f64 (exact).
+    fn to_f64(self) -> f64;
+    /// Runs work in lanes.
+    fn widen<W: Wide<Self>>(width: Width, work: W) -> W::Output;
+}
+
+impl Scalar for f64 {
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+    fn widen<W: Wide<f64>>(_: Width, work: W) -> W::Output {
+        work.run::<f64>()
+    }
+}
+
+impl Scalar for f32 {
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self.into()
+    }
+    fn widen<W: Wide<f32>>(width: Width, work: W) -> W::Output {
+        super::lanes::dispatch(width, work)
+    }
+}
+
 macro_rules! scalar {
     ($t:ty, $rest:expr) => {
         impl Real for $t {
             type Mask = bool;
+            type Scalar = $t;
+            const LANES: usize = 1;
             const REST_ENERGY: f64 = $rest;
 
             #[inline(always)]
@@ -81,8 +143,16 @@ macro_rules! scalar {
                 x as $t
             }
             #[inline(always)]
-            fn to_f64(self) -> f64 {
-                self as f64
+            fn splat(x: $t) -> Self {
+                x
+            }
+            #[inline(always)]
+            fn lane(&self, _: usize) -> $t {
+                *self
+            }
+            #[inline(always)]
+            fn set_lane(&mut self, _: usize, value: $t) {
+                *self = value;
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
@@ -135,6 +205,10 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn any(mask: bool) -> bool {
+                mask
+            }
+            #[inline(always)]
+            fn mask_lane(mask: bool, _: usize) -> bool {
                 mask
             }
         }

@@ -1,6 +1,6 @@
 //! Vectors over [`Real`]; glam's are tied to one scalar and cannot be lanes.
 
-use super::Real;
+use super::{Real, Scalar};
 use std::ops::{Add, Mul, Sub};
 
 /// A vector in the plane of a face.
@@ -67,10 +67,6 @@ impl<T: Real> V3<T> {
     pub fn of(p: glam::DVec3) -> Self {
         Self::new(T::of(p.x), T::of(p.y), T::of(p.z))
     }
-    /// The vector in f64 (exact).
-    pub fn to_f64(self) -> glam::DVec3 {
-        glam::DVec3::new(self.x.to_f64(), self.y.to_f64(), self.z.to_f64())
-    }
     /// The zero vector.
     #[inline(always)]
     pub fn zero() -> Self {
@@ -108,6 +104,13 @@ impl<T: Real> V3<T> {
         let usable = T::and(T::zero().lt(length), length.finite());
         let scale = T::one() / T::select(usable, length, T::one());
         Self::select(usable, self * scale, Self::zero())
+    }
+}
+
+impl<T: Scalar> V3<T> {
+    /// The vector in f64 (exact).
+    pub fn to_f64(self) -> glam::DVec3 {
+        glam::DVec3::new(self.x.to_f64(), self.y.to_f64(), self.z.to_f64())
     }
 }
 

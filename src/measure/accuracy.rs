@@ -1,7 +1,7 @@
 //! How near a solve comes to the optimum: one stitch under an affine deformation, run from any start.
 
 use crate::knot::{FaceResult, Kernel, KnotState, Settings, Solver, Workspace};
-use crate::math::{Real, V2, V3};
+use crate::math::{Scalar, V2, V3};
 use crate::scene::{Mode, Stencil};
 use crate::template::{Coordinates, Template};
 use glam::DVec2;
@@ -67,7 +67,7 @@ impl Trial {
     }
 
     /// Runs one face from `start`, or from the affine start.
-    pub fn run<T: Real<Mask = bool>>(
+    pub fn run<T: Scalar>(
         &self,
         settings: &Settings,
         deformation: &Deformation,
@@ -120,7 +120,7 @@ impl Trial {
     }
 
     /// The greatest in-plane distance of points between two ends, in yarn radii.
-    pub fn distance<A: Real, B: Real>(&self, a: &Solved<A>, b: &Solved<B>) -> f64 {
+    pub fn distance<A: Scalar, B: Scalar>(&self, a: &Solved<A>, b: &Solved<B>) -> f64 {
         let far = a.points.iter().zip(&b.points).map(|(a, b)| {
             (a.u.to_f64() - b.u.to_f64()).hypot(a.v.to_f64() - b.v.to_f64()) / self.stencil.yarn_radius
         });

@@ -2,7 +2,7 @@
 
 use super::quantile;
 use crate::backend::FrameOutput;
-use crate::math::Real;
+use crate::math::Scalar;
 use crate::scene::{NO_SECOND_SLOT, Scene};
 use serde::Serialize;
 
@@ -20,7 +20,7 @@ pub struct Stretch {
 }
 
 /// Measures a frame's control points, in space.
-pub fn stretch<T: Real>(scene: &Scene, output: &FrameOutput<T>) -> Stretch {
+pub fn stretch<T: Scalar>(scene: &Scene, output: &FrameOutput<T>) -> Stretch {
     let mut errors = Vec::new();
     let (mut total, mut rest_total) = (0.0, 0.0);
     let yarns = &scene.yarns;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
 use knotmesh::knot::Settings;
-use knotmesh::math::Real;
+use knotmesh::math::Scalar;
 use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::{NO_SECOND_SLOT, Scene, SceneOptions};
 use knotmesh::template::TemplateLibrary;
@@ -11,13 +11,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A compiled scene and the result of one frame at the mesh's own positions.
-pub struct Run<T: Real> {
+pub struct Run<T: Scalar> {
     pub scene: Arc<Scene>,
     pub backend: CpuBackend<T>,
     pub output: FrameOutput<T>,
 }
 
-pub fn run<T: Real<Mask = bool>>(
+pub fn run<T: Scalar>(
     mesh: &StitchMesh,
     library: &TemplateLibrary,
     options: SceneOptions,
@@ -31,7 +31,7 @@ pub fn run<T: Real<Mask = bool>>(
     Run { scene, backend, output }
 }
 
-impl<T: Real> Run<T> {
+impl<T: Scalar> Run<T> {
     /// World positions by (face, point within the face's template).
     pub fn by_face(&self) -> HashMap<(u32, usize), DVec3> {
         let mut map = HashMap::new();

@@ -7,7 +7,7 @@ use crate::{MODES, options};
 use glam::DVec3;
 use knotmesh::ids::FaceId;
 use knotmesh::knot::{Kernel, KnotState, Settings, Solver, Start, Status, Workspace};
-use knotmesh::math::{Real, V2, V3};
+use knotmesh::math::{Scalar, V2, V3};
 use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::{Mode, Role, Stencil};
 use knotmesh::template::{Coordinates, TemplateLibrary};
@@ -20,13 +20,13 @@ fn swatch() -> StitchMesh {
     })
 }
 
-fn with_gauge<T: Real<Mask = bool>>(mesh: &StitchMesh, mode: Mode, settings: &Settings) -> Run<T> {
+fn with_gauge<T: Scalar>(mesh: &StitchMesh, mode: Mode, settings: &Settings) -> Run<T> {
     let mut options = options(mode);
     options.gauge = Some(1.0);
     run::<T>(mesh, &TemplateLibrary::embedded(), options, settings, 2)
 }
 
-fn assert_finite<T: Real<Mask = bool>>(run: &Run<T>, what: &str) {
+fn assert_finite<T: Scalar>(run: &Run<T>, what: &str) {
     for point in 0..run.output.points.len() {
         assert!(run.output.world(point).is_finite(), "{what}: point {point} is {}", run.output.world(point));
     }
@@ -40,7 +40,7 @@ const POISON: [f64; 10] =
     [0.0, -0.0, 1e-30, -1e-30, 1e30, -1e30, 5e-324, f64::MIN_POSITIVE, 1e300, f32::MAX as f64];
 
 /// Seeded fault: positions not clamped.
-fn poisoned<T: Real<Mask = bool>>(seed: u64) {
+fn poisoned<T: Scalar>(seed: u64) {
     let (_, mut mesh, mut random) = case(seed, 0.3);
     for _ in 0..=random.below(4) {
         let v = random.below(mesh.positions.len());
@@ -57,7 +57,7 @@ fn poisoned<T: Real<Mask = bool>>(seed: u64) {
 
 /// Every way to spoil one face of sixteen: the other fifteen do not notice, beyond normals at shared corners.
 /// Seeded fault: the usable mask always true.
-fn degenerate<T: Real<Mask = bool>>() {
+fn degenerate<T: Scalar>() {
     let good = swatch();
     type Spoil = fn([DVec3; 4]) -> [DVec3; 4];
     let spoil: [(&str, Spoil, bool); 6] = [
@@ -125,7 +125,7 @@ fn an_overflowing_area_spoils_no_normal() {
 /// of the end.
 #[test]
 fn a_solve_without_a_finite_end_falls_back() {
-    fn check<T: Real<Mask = bool>>(huge: f64) {
+    fn check<T: Scalar>(huge: f64) {
         let library = TemplateLibrary::embedded();
         let template = library.by_name("knit+").next().unwrap();
         let stencil = Stencil::new(template, Mode::Relax, Coordinates::MeanValue);

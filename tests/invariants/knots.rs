@@ -5,14 +5,14 @@ use crate::common::Random;
 use crate::solve;
 use glam::DVec3;
 use knotmesh::knot::{Kernel, KnotState, Settings, Solver, Workspace};
-use knotmesh::math::{Real, V2, V3};
+use knotmesh::math::{Scalar, V2, V3};
 use knotmesh::scene::{Mode, Role, Stencil};
 use knotmesh::template::{Coordinates, TemplateLibrary};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 /// A template's face with each corner moved at random.
-fn random_face<T: Real>(
+fn random_face<T: Scalar>(
     corners: &[glam::DVec2],
     strength: f64,
     random: &mut Random,
@@ -29,7 +29,7 @@ fn random_face<T: Real>(
 }
 
 /// Seeded faults: b turned the other way for one sign; controls at 0.99 r.
-fn constraints<T: Real<Mask = bool>>(seed: u64, beta: f64, solver: Solver) {
+fn constraints<T: Scalar>(seed: u64, beta: f64, solver: Solver) {
     let mut random = Random::new(seed);
     let tolerance = if std::mem::size_of::<T>() == 4 { 2e-5 } else { 1e-12 };
     for template in TemplateLibrary::embedded().templates().iter().filter(|t| !t.knots.is_empty()) {
@@ -77,7 +77,7 @@ fn constraints<T: Real<Mask = bool>>(seed: u64, beta: f64, solver: Solver) {
 }
 
 /// Seeded fault: a step accepted although E rose.
-fn energy<T: Real<Mask = bool>>(seed: u64, strength: f64) {
+fn energy<T: Scalar>(seed: u64, strength: f64) {
     let (_, mesh, _) = case(seed, strength);
     let run = solve::<T>(&mesh, &TemplateLibrary::embedded(), Mode::Relax);
     let mut fell = 0;

@@ -4,7 +4,7 @@ use crate::cases::case;
 use crate::common::run::run;
 use crate::{MODES, options, solve};
 use knotmesh::knot::Settings;
-use knotmesh::math::Real;
+use knotmesh::math::Scalar;
 use knotmesh::mesh::Join;
 use knotmesh::scene::{Mode, NO_SECOND_SLOT};
 use knotmesh::template::TemplateLibrary;
@@ -13,7 +13,7 @@ use proptest::test_runner::RngSeed;
 
 /// Seeded faults: fractions not flipped when chaining (no point is shared any more); normals per face instead
 /// of per corner group.
-fn continuity<T: Real<Mask = bool>>(seed: u64) {
+fn continuity<T: Scalar>(seed: u64) {
     let (rest, mesh, _) = case(seed, 0.5);
     let library = TemplateLibrary::embedded();
     for mode in MODES {
@@ -48,7 +48,7 @@ fn continuity<T: Real<Mask = bool>>(seed: u64) {
 }
 
 /// Seeded fault: normals summed in the order of a hash map.
-fn threads<T: Real<Mask = bool>>(seed: u64) {
+fn threads<T: Scalar>(seed: u64) {
     let (_, mesh, _) = case(seed, 0.5);
     let library = TemplateLibrary::embedded();
     let bits = |threads| {
