@@ -99,7 +99,7 @@ impl CurveExtras {
             return extras;
         }
         let mut point_of_slot = std::collections::HashMap::new();
-        for (point, slots) in scene.yarns.slots.iter().enumerate() {
+        for (point, slots) in scene.point_slots().iter().enumerate() {
             for slot in slots.iter().filter(|s| **s != NO_SECOND_SLOT) {
                 point_of_slot.insert(*slot, point as u32);
             }
@@ -212,7 +212,7 @@ impl<T: Scalar> CurveSource for FrameCurves<'_, T> {
             let line = if lines.is_empty() {
                 0
             } else {
-                let (batch, face, _) = self.scene.slot_place(self.scene.yarns.slots[point][0]);
+                let (batch, face, _) = self.scene.slot_place(self.scene.point_slots()[point][0]);
                 lines[batch.faces[face].index()]
             };
             chunk.push(line);

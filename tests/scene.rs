@@ -29,7 +29,7 @@ fn faces(scene: &Scene, yarn: usize) -> Vec<u32> {
     let range = scene.yarns.range(yarn);
     let mut faces: Vec<u32> = range
         .map(|p| {
-            let (batch, index, _) = scene.slot_place(scene.yarns.slots[p][0]);
+            let (batch, index, _) = scene.slot_place(scene.point_slots()[p][0]);
             batch.faces[index].0
         })
         .collect();

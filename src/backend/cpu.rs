@@ -1,46 +1,72 @@
-//! The CPU backend: rayon over chunks of each batch.
+//! The CPU backend: rayon over chunks of each batch, lanes within a chunk.
 
+use super::scatter::Scatter;
+use super::skip::{Known, Skip, Skipped};
+use super::surface::Surface;
+use super::work::{Bench, CHUNK, Chunk, Precision, Task};
 use super::{Backend, FrameOutput};
-use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start, Status, Workspace};
-use crate::math::{Scalar, V3};
-use crate::scene::{NO_SECOND_SLOT, Scene};
+use crate::knot::{FaceResult, Given, Kernel, KnotState, Settings, Start, Status, Workspace};
+use crate::math::{V2, V3, Width};
+use crate::scene::{Scene, StrandEnd};
 use crate::{Error, Result};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
 
-/// Faces (or points) that one task works on.
-const CHUNK: usize = 256;
-const POINT_CHUNK: usize = 8192;
+/// Seams that one task works on.
+const SEAMS: usize = 8192;
 /// More threads than this are a slip of the keyboard.
 const MOST_THREADS: usize = 1024;
 
-/// Runs scenes on the CPU, in f64 (the reference) or f32 (its twin).
-#[derive(Debug)]
-pub struct CpuBackend<T: Scalar> {
-    scene: Arc<Scene>,
-    kernels: Vec<Kernel<T>>,
-    start: Start,
-    pool: Arc<rayon::ThreadPool>,
-    workspaces: Vec<Mutex<Workspace<T>>>,
-    origin: Option<DVec3>,
-    local: Vec<V3<T>>,
-    areas: Vec<V3<T>>,
-    normals: Vec<V3<T>>,
-    slots: Vec<V3<T>>,
-    solved_before: bool,
+/// How a backend goes about its work; see also [`Settings`], which say what it works out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Running {
+    /// Threads; 0 takes one per core.
+    pub threads: usize,
+    /// Stitches side by side, in f32.
+    pub width: Width,
+    /// What is left undone where it can be.
+    pub skip: Skip,
 }
 
-impl<T: Scalar> CpuBackend<T> {
-    /// A backend for a scene; `threads` 0 takes one per core.
+/// Runs scenes on the CPU, in f64 (the reference) or f32 (its twin).
+#[derive(Debug)]
+pub struct CpuBackend<T: Precision> {
+    scene: Arc<Scene>,
+    /// `[batch]`
+    kernels: Vec<Kernel<T>>,
+    start: Start,
+    running: Running,
+    pool: Arc<rayon::ThreadPool>,
+    benches: Vec<Bench>,
+    surface: Surface<T>,
+    /// `[seam][side]` what the two faces say of a shared point.
+    sides: Vec<V3<T>>,
+    /// `[batch]` the templates' own shapes.
+    rests: Vec<Option<Known<T>>>,
+    /// `[face][corner but the first]` in batch order, the shapes that knots were solved for.
+    shapes: Vec<V2<T>>,
+    remembered: Vec<bool>,
+    /// `[seam][side]` faces of the mesh; made when first needed.
+    seam_faces: Vec<[u32; 2]>,
+    /// `[face of the mesh]` which faces are worked on, if not all.
+    visible: Option<Vec<bool>>,
+    shown_anew: bool,
+    stamp: u64,
+}
+
+impl<T: Precision> CpuBackend<T> {
+    /// A backend for a scene.
     ///
     /// # Errors
     /// Settings out of range; threads that cannot be started.
-    pub fn new(scene: Arc<Scene>, settings: &Settings, threads: usize) -> Result<Self> {
+    pub fn new(scene: Arc<Scene>, settings: &Settings, running: &Running) -> Result<Self> {
         for (name, value) in [
             ("beta", settings.beta),
             ("weight-angle", settings.weight_angle),
             ("weight-length", settings.weight_length),
+            ("skip-tolerance", running.skip.tolerance),
         ] {
             if !(0.0..=1e12).contains(&value) {
                 return Err(Error::invalid(format_args!(
@@ -48,6 +74,7 @@ impl<T: Scalar> CpuBackend<T> {
                 )));
             }
         }
+        let threads = running.threads;
         if threads > MOST_THREADS {
             return Err(Error::invalid(format_args!("--threads {threads}: expected 0 to {MOST_THREADS}")));
         }
@@ -55,207 +82,317 @@ impl<T: Scalar> CpuBackend<T> {
             .num_threads(threads)
             .build()
             .map_err(|e| Error::invalid(format_args!("cannot start {threads} threads: {e}")))?;
-        let kernels = scene.stencils.iter().map(|s| Kernel::new(s, scene.mode, settings)).collect();
+        let kernels: Vec<_> = scene
+            .batches
+            .iter()
+            .map(|b| Kernel::new(&scene.stencils[b.stencil], scene.mode, settings))
+            .collect();
+        let rests = scene.batches.iter().zip(&kernels);
+        let rests = rests.map(|(b, k)| running.skip.rest.then(|| at_rest(&scene, b.stencil, k)).flatten());
         Ok(Self {
+            rests: rests.collect(),
             kernels,
             start: settings.start,
-            workspaces: (0..pool.current_num_threads()).map(|_| Mutex::default()).collect(),
+            running: *running,
+            benches: (0..pool.current_num_threads()).map(|_| Mutex::default()).collect(),
             pool: Arc::new(pool),
-            origin: None,
-            local: Vec::new(),
-            areas: Vec::new(),
-            normals: Vec::new(),
-            slots: vec![V3::zero(); scene.slot_count],
-            solved_before: false,
+            surface: Surface::default(),
+            sides: vec![V3::zero(); 2 * scene.yarns.seams.len()],
+            shapes: Vec::new(),
+            remembered: Vec::new(),
+            seam_faces: Vec::new(),
+            visible: None,
+            shown_anew: false,
+            stamp: 0,
             scene,
         })
     }
 
     /// The face-local points of the last frame by slot, before shared boundary points are averaged; same
-    /// units as [`FrameOutput::points`].
-    pub fn slots(&self) -> &[V3<T>] {
-        &self.slots
+    /// units as [`FrameOutput::points`], which `output` of that frame holds.
+    pub fn slots(&self, output: &FrameOutput<T>) -> Vec<V3<T>> {
+        let mut slots = vec![V3::zero(); self.scene.slot_count];
+        let sources = self.scene.point_slots();
+        for (slot, point) in sources.iter().zip(&output.points) {
+            slots[slot[0] as usize] = *point;
+        }
+        for (point, sides) in self.scene.yarns.seams.iter().zip(self.sides.chunks_exact(2)) {
+            for (slot, side) in sources[*point as usize].iter().zip(sides) {
+                slots[*slot as usize] = *side;
+            }
+        }
+        slots
     }
 
-    /// World positions to template units around the origin.
-    fn localise(&mut self, positions: &[DVec3]) -> Result<()> {
-        if positions.len() != self.scene.vertex_count {
+    /// Names the faces of the mesh that need to be right from the next frame on; `None` for all. Others keep the
+    /// points that they had (zero where they had none) and the status `Hidden`. Faces that share a yarn point
+    /// with a visible one are worked on too.
+    ///
+    /// # Errors
+    /// Another number of faces than the mesh has.
+    pub fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()> {
+        let Some(visible) = visible else {
+            self.shown_anew |= self.visible.is_some();
+            self.visible = None;
+            return Ok(());
+        };
+        let count = self.scene.face_places.len();
+        if visible.len() != count {
             return Err(Error::invalid(format_args!(
-                "a frame of {} positions, expected {} as the mesh has vertices",
-                positions.len(),
-                self.scene.vertex_count
+                "visibility of {} faces, expected {count} as the mesh has",
+                visible.len()
             )));
         }
-        if let Some(vertex) = positions.iter().position(|p| !p.is_finite()) {
-            return Err(Error::invalid(format_args!(
-                "vertex {vertex} (counted from 0) at {}, expected finite coordinates",
-                positions[vertex]
-            )));
+        if self.seam_faces.is_empty() {
+            self.seam_faces = seam_faces(&self.scene);
         }
-        let origin = *self.origin.get_or_insert_with(|| middle(positions));
-        let gauge = self.scene.gauge;
-        // Beyond this, face-local differences could overflow; such faces fall back anyway.
-        let limit = if std::mem::size_of::<T>() == 4 { 1e37 } else { 1e300 };
-        self.local.resize(positions.len(), V3::zero());
-        self.local.par_chunks_mut(POINT_CHUNK).zip(positions.par_chunks(POINT_CHUNK)).for_each(
-            |(local, positions)| {
-                for (l, p) in local.iter_mut().zip(positions) {
-                    let scaled = (*p - origin) / gauge;
-                    *l = V3::of(scaled.clamp(DVec3::splat(-limit), DVec3::splat(limit)));
-                }
-            },
-        );
+        let mut worked = visible.to_vec();
+        for [a, b] in &self.seam_faces {
+            worked[*a as usize] |= visible[*b as usize];
+            worked[*b as usize] |= visible[*a as usize];
+        }
+        self.shown_anew |= self.visible.as_ref() != Some(&worked);
+        self.visible = Some(worked);
         Ok(())
     }
 
-    /// Vector areas of all faces, and their sums around corners (model section 3).
-    fn normals(&mut self) {
+    fn solve(&mut self, output: &mut FrameOutput<T>, continued: bool) -> Skipped {
         let scene = &*self.scene;
-        let local = &self.local;
-        self.areas.resize(scene.face_places.len(), V3::zero());
-        self.areas.par_chunks_mut(POINT_CHUNK).enumerate().for_each(|(chunk, areas)| {
-            for (i, area) in areas.iter_mut().enumerate() {
-                let face = chunk * POINT_CHUNK + i;
-                let range = scene.face_offsets[face] as usize..scene.face_offsets[face + 1] as usize;
-                *area = vector_area(&scene.face_vertices[range], local);
-            }
-        });
-        let Some(groups) = &scene.corner_groups else { return };
-        let areas = &self.areas;
-        self.normals.resize(groups.len(), V3::zero());
-        self.normals.par_chunks_mut(POINT_CHUNK).enumerate().for_each(|(chunk, normals)| {
-            for (i, normal) in normals.iter_mut().enumerate() {
-                let group = chunk * POINT_CHUNK + i;
-                let [begin, end] = [0, 1].map(|k| groups.offsets[group + k] as usize);
-                *normal = V3::zero();
-                for face in &groups.faces[begin..end] {
-                    *normal = *normal + areas[*face as usize];
-                }
-            }
-        });
-    }
-
-    fn solve(&mut self, output: &mut FrameOutput<T>) {
-        let scene = &*self.scene;
-        let warm = self.start == Start::Previous && self.solved_before;
-        let (local, areas, normals) = (&self.local, &self.areas, &self.normals);
-        let workspaces = &self.workspaces;
-        for batch in &scene.batches {
-            let kernel = &self.kernels[batch.stencil];
-            let (count, n) = (batch.faces.len(), kernel.stencil.corner_count);
-            let (p, k) = (kernel.stencil.points.len(), kernel.stencil.knot_count());
-            let results = &mut output.faces[batch.first_face..batch.first_face + count];
-            if p == 0 {
-                // A stitch without yarn: nothing to do.
-                results.fill(unsolved());
-                continue;
-            }
-            let work_chunk = |chunk: usize,
-                              results: &mut [FaceResult<T>],
-                              slots: &mut [V3<T>],
-                              knots: &mut [KnotState<T>]| {
-                let thread = rayon::current_thread_index().unwrap_or(0);
-                let mut work = workspaces[thread].lock().expect("no other thread uses it");
-                kernel.fit(&mut work);
-                for (i, result) in results.iter_mut().enumerate() {
-                    let index = chunk * CHUNK + i;
-                    let corners = &batch.corners[index * n..(index + 1) * n];
-                    let first = local[corners[0] as usize];
-                    for (c, vertex) in corners.iter().enumerate() {
-                        work.corners[c] = local[*vertex as usize] - first;
-                        work.normals[c] = match &scene.corner_groups {
-                            Some(groups) => normals[groups.of_vertex[*vertex as usize] as usize],
-                            None => areas[batch.faces[index].index()],
-                        };
-                    }
-                    let points = &mut slots[i * p..(i + 1) * p];
-                    *result = kernel.run(&mut work, warm, &mut knots[i * k..(i + 1) * k], points);
-                    for point in points {
-                        *point = *point + first;
-                    }
-                }
-            };
-            let slots = &mut self.slots[batch.first_slot..batch.first_slot + count * p];
-            let knots = &mut output.knots[batch.first_knot..batch.first_knot + count * k];
-            let chunks = results.par_chunks_mut(CHUNK).zip(slots.par_chunks_mut(CHUNK * p)).enumerate();
-            if k == 0 {
-                chunks.for_each(|(chunk, (results, slots))| work_chunk(chunk, results, slots, &mut []));
-            } else {
-                chunks.zip(knots.par_chunks_mut(CHUNK * k)).for_each(|((chunk, (results, slots)), knots)| {
-                    work_chunk(chunk, results, slots, knots);
-                });
-            }
+        if self.running.skip.rigid {
+            let batches = scene.batches.iter().zip(&self.kernels);
+            let count = batches.map(|(b, k)| b.faces.len() * (k.stencil.corner_count - 1)).sum();
+            self.shapes.resize(count, V2::zero());
+            self.remembered.resize(scene.face_count, false);
         }
+        let frame = Frame {
+            scene,
+            kernels: &self.kernels,
+            surface: &self.surface,
+            rests: &self.rests,
+            start: self.start,
+            running: self.running,
+            continued,
+            visible: self.visible.as_deref(),
+            benches: &self.benches,
+            points: Scatter::new(&mut output.points),
+            sides: Scatter::new(&mut self.sides),
+        };
+        let part = Part {
+            results: &mut output.faces,
+            knots: &mut output.knots,
+            shapes: &mut self.shapes,
+            remembered: &mut self.remembered,
+        };
+        frame.batches(0..scene.batches.len(), part)
     }
 
-    fn gather(&self, output: &mut FrameOutput<T>) {
+    /// Shared points are the mean of what both faces say.
+    fn join(&self, output: &mut FrameOutput<T>) {
         let half = T::of(0.5);
-        let slots = &self.slots;
-        output
-            .points
-            .par_chunks_mut(POINT_CHUNK)
-            .zip(self.scene.yarns.slots.par_chunks(POINT_CHUNK))
-            .for_each(|(points, sources)| {
-                for (point, [a, b]) in points.iter_mut().zip(sources) {
-                    *point = slots[*a as usize];
-                    if *b != NO_SECOND_SLOT {
-                        *point = (*point + slots[*b as usize]) * half;
-                    }
+        let points = Scatter::new(&mut output.points);
+        let seams = self.scene.yarns.seams.par_chunks(SEAMS).zip(self.sides.par_chunks(2 * SEAMS));
+        seams.for_each(|(seams, sides)| {
+            for (point, sides) in seams.iter().zip(sides.chunks_exact(2)) {
+                #[allow(unsafe_code)]
+                // SAFETY: each seam has a control point of its own.
+                unsafe {
+                    points.write(*point as usize, (sides[0] + sides[1]) * half);
                 }
-            });
+            }
+        });
     }
 }
 
-impl<T: Scalar> Backend<T> for CpuBackend<T> {
+impl<T: Precision> Backend<T> for CpuBackend<T> {
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()> {
-        self.localise(positions)?;
-        output.origin = self.origin.expect("set with the first frame");
-        output.gauge = self.scene.gauge;
-        output.points.resize(self.scene.yarns.slots.len(), V3::zero());
-        output.knots.resize(self.scene.knot_count, KnotState::default());
-        output.faces.resize(self.scene.face_count, unsolved());
+        static STAMPS: AtomicU64 = AtomicU64::new(1);
         // Tasks run in the pool's own threads, so that each finds its workspace.
         let pool = self.pool.clone();
         pool.install(|| {
-            self.normals();
-            self.solve(output);
-            self.gather(output);
-        });
-        self.solved_before = true;
-        Ok(())
+            let moved = self.surface.update(&self.scene, positions)?;
+            let continued = self.stamp != 0 && output.stamp == self.stamp;
+            // With the previous frame's start, a face that stands still goes on towards its optimum.
+            let still = continued && !moved && !self.shown_anew && self.start != Start::Previous;
+            if still && self.running.skip.unmoved {
+                let hidden = output.skipped.hidden;
+                output.skipped =
+                    Skipped { hidden, unmoved: self.scene.face_count - hidden, ..Skipped::default() };
+                return Ok(());
+            }
+            output.origin = self.surface.origin();
+            output.gauge = self.scene.gauge;
+            output.points.resize(self.scene.yarns.point_count(), V3::zero());
+            output.knots.resize(self.scene.knot_count, KnotState::default());
+            output.faces.resize(self.scene.face_count, unsolved());
+            output.skipped = self.solve(output, continued);
+            self.join(output);
+            self.shown_anew = false;
+            self.stamp = STAMPS.fetch_add(1, Relaxed);
+            output.stamp = self.stamp;
+            Ok(())
+        })
     }
 }
 
-/// The vector area of a polygon; zero for one so thin that it has no frame either (see
-/// [`crate::knot::frame::face_frame`]) or not finite, so that a bad face spoils no neighbour's normal.
-fn vector_area<T: Scalar>(vertices: &[u32], local: &[V3<T>]) -> V3<T> {
-    let first = local[vertices[0] as usize];
-    let (mut sum, mut size) = (V3::zero(), T::zero());
-    for pair in vertices[1..].windows(2) {
-        let (a, b) = (local[pair[0] as usize] - first, local[pair[1] as usize] - first);
-        sum = sum + a.cross(b);
-        size += a.dot(a) + b.dot(b);
+/// What all batches of a frame share.
+struct Frame<'a, T: Precision> {
+    scene: &'a Scene,
+    kernels: &'a [Kernel<T>],
+    surface: &'a Surface<T>,
+    rests: &'a [Option<Known<T>>],
+    start: Start,
+    running: Running,
+    continued: bool,
+    visible: Option<&'a [bool]>,
+    benches: &'a [Bench],
+    points: Scatter<'a, V3<T>>,
+    sides: Scatter<'a, V3<T>>,
+}
+
+/// What some faces, consecutive in batch order, have of the output and of what is remembered.
+struct Part<'a, T: Precision> {
+    results: &'a mut [FaceResult<T>],
+    knots: &'a mut [KnotState<T>],
+    shapes: &'a mut [V2<T>],
+    remembered: &'a mut [bool],
+}
+
+impl<'a, T: Precision> Part<'a, T> {
+    fn split(self, faces: usize, knots: usize, shapes: usize) -> [Self; 2] {
+        let remembers = !self.remembered.is_empty();
+        let (results, more_results) = self.results.split_at_mut(faces);
+        let (a, more_knots) = self.knots.split_at_mut(knots);
+        let (shapes, more_shapes) = self.shapes.split_at_mut(if remembers { shapes } else { 0 });
+        let (own, more_own) = self.remembered.split_at_mut(if remembers { faces } else { 0 });
+        [
+            Part { results, knots: a, shapes, remembered: own },
+            Part { results: more_results, knots: more_knots, shapes: more_shapes, remembered: more_own },
+        ]
     }
-    let area = sum * T::of(0.5);
-    let wide = T::and((T::of(1e-6) * size).lt(area.length()), size.finite());
-    V3::select(T::and(wide, area.finite()), area, V3::zero())
+}
+
+impl<T: Precision> Frame<'_, T> {
+    /// Works on some batches.
+    fn batches(&self, range: std::ops::Range<usize>, part: Part<T>) -> Skipped {
+        if range.len() <= 1 {
+            return range.clone().next().map_or(Skipped::default(), |b| self.batch(b, part));
+        }
+        let middle = range.start + range.len() / 2;
+        let (mut faces, mut knots, mut shapes) = (0, 0, 0);
+        for b in range.start..middle {
+            let (count, stencil) = (self.scene.batches[b].faces.len(), &self.kernels[b].stencil);
+            faces += count;
+            knots += count * stencil.knot_count();
+            shapes += count * (stencil.corner_count - 1);
+        }
+        let [a, b] = part.split(faces, knots, shapes);
+        let (x, y) =
+            rayon::join(|| self.batches(range.start..middle, a), || self.batches(middle..range.end, b));
+        x + y
+    }
+
+    fn batch(&self, b: usize, part: Part<T>) -> Skipped {
+        let (batch, kernel) = (&self.scene.batches[b], &self.kernels[b]);
+        let count = batch.faces.len();
+        if kernel.stencil.points.is_empty() {
+            // A stitch without yarn: nothing to do.
+            part.results.fill(unsolved());
+            return Skipped { without_knots: count, ..Skipped::default() };
+        }
+        let skip = self.running.skip;
+        let shares = skip.shared && self.start != Start::Previous && kernel.solves() && count > 1;
+        let first = shares.then(|| solve_first(self.scene, b, kernel, self.surface)).flatten();
+        let task = Task {
+            scene: self.scene,
+            batch,
+            kernel,
+            surface: self.surface,
+            start: self.start,
+            skip,
+            tolerance: T::of(skip.tolerance * self.scene.yarn_radius),
+            continued: self.continued,
+            rest: self.rests[b].as_ref(),
+            first: first.as_ref(),
+            visible: self.visible,
+            benches: self.benches,
+            points: &self.points,
+            sides: &self.sides,
+        };
+        self.chunks(&task, 0, part)
+    }
+
+    fn chunks(&self, task: &Task<T>, begin: usize, part: Part<T>) -> Skipped {
+        let count = part.results.len();
+        if count <= CHUNK {
+            let Part { results, knots, shapes, remembered } = part;
+            return T::chunk(self.running.width, Chunk { task, begin, results, knots, shapes, remembered });
+        }
+        let stencil = &task.kernel.stencil;
+        let half = (count / 2).next_multiple_of(CHUNK);
+        let [a, b] = part.split(half, half * stencil.knot_count(), half * (stencil.corner_count - 1));
+        let (x, y) = rayon::join(|| self.chunks(task, begin, a), || self.chunks(task, begin + half, b));
+        x + y
+    }
+}
+
+/// The template's own shape and knots, if its solve stands still there.
+fn at_rest<T: Precision>(scene: &Scene, stencil: usize, kernel: &Kernel<T>) -> Option<Known<T>> {
+    let corners = &scene.templates[stencil].corners;
+    let mut work = Workspace::default();
+    kernel.fit(&mut work);
+    for (i, corner) in corners.iter().enumerate() {
+        work.corners[i] = V3::of((*corner - corners[0]).extend(0.0));
+        work.normals[i] = V3::new(T::zero(), T::zero(), T::one());
+    }
+    known(kernel, work).filter(|k| k.result.status == Status::AtRest)
+}
+
+/// The shape and knots of a batch's first face.
+fn solve_first<T: Precision>(
+    scene: &Scene,
+    batch: usize,
+    kernel: &Kernel<T>,
+    surface: &Surface<T>,
+) -> Option<Known<T>> {
+    let corners = &scene.batches[batch].corners[..kernel.stencil.corner_count];
+    let mut work = Workspace::default();
+    kernel.fit(&mut work);
+    let first = surface.local[corners[0] as usize];
+    for (i, vertex) in corners.iter().enumerate() {
+        work.corners[i] = surface.local[*vertex as usize] - first;
+        work.normals[i] = V3::new(T::zero(), T::zero(), T::one());
+    }
+    known(kernel, work)
+}
+
+fn known<T: Precision>(kernel: &Kernel<T>, mut work: Workspace<T>) -> Option<Known<T>> {
+    if !kernel.solves() {
+        return None;
+    }
+    let ended = T::face(kernel, &mut work, Given::nothing());
+    ended.sound.then(|| Known { shape: work.shape, state: work.state, result: ended.lane(0) })
+}
+
+/// `[seam][side]` faces of the mesh.
+fn seam_faces(scene: &Scene) -> Vec<[u32; 2]> {
+    let mut faces = vec![[0; 2]; scene.yarns.seams.len()];
+    for batch in &scene.batches {
+        let count = scene.stencils[batch.stencil].strand_offsets.len() - 1;
+        for (i, face) in batch.faces.iter().enumerate() {
+            let first = batch.first_strand + i * count;
+            for place in &scene.yarns.strands[first..first + count] {
+                for end in [0, 1] {
+                    if let StrandEnd::Seam(side) = place.end(end) {
+                        faces[side as usize / 2][side as usize % 2] = face.0;
+                    }
+                }
+            }
+        }
+    }
+    faces
 }
 
 /// What is reported of a face with nothing to solve.
-fn unsolved<T: Scalar>() -> FaceResult<T> {
+fn unsolved<T: Precision>() -> FaceResult<T> {
     FaceResult { energy_start: T::zero(), energy: T::zero(), status: Status::Interpolated }
-}
-
-/// The median position, coordinate by coordinate, of a regular sample: in the midst of the mesh even when some
-/// vertices are far off.
-fn middle(positions: &[DVec3]) -> DVec3 {
-    const SAMPLE: usize = 1024;
-    let every = positions.len().div_ceil(SAMPLE).max(1);
-    let median = |axis: usize| {
-        let mut values: Vec<f64> = positions.iter().step_by(every).map(|p| p[axis]).collect();
-        let half = values.len() / 2;
-        values.sort_by(f64::total_cmp);
-        values.get(half).copied().unwrap_or(0.0)
-    };
-    DVec3::new(median(0), median(1), median(2))
 }

@@ -1,8 +1,14 @@
 //! Backends: a scene once, positions each frame, control points out.
 
 mod cpu;
+mod scatter;
+mod skip;
+mod surface;
+mod work;
 
-pub use cpu::CpuBackend;
+pub use cpu::{CpuBackend, Running};
+pub use skip::{Skip, Skipped};
+pub use work::Precision;
 
 use crate::Result;
 use crate::ids::FaceId;
@@ -16,7 +22,8 @@ pub trait Backend<T: Scalar> {
     /// Solves one frame.
     ///
     /// `positions` are world coordinates, one per vertex of the scene's mesh. The result replaces what is in
-    /// `output`, whose memory is reused.
+    /// `output`, whose memory is reused; faces that did not move are left as they are there, if it holds this
+    /// backend's last frame.
     ///
     /// # Errors
     /// Another number of positions than the scene has vertices; a position that is not finite.
@@ -36,11 +43,23 @@ pub struct FrameOutput<T> {
     pub knots: Vec<KnotState<T>>,
     /// `[face]` in batch order.
     pub faces: Vec<FaceResult<T>>,
+    /// What was left undone.
+    pub skipped: Skipped,
+    /// Tells a backend whether its own last frame is in here.
+    stamp: u64,
 }
 
 impl<T> Default for FrameOutput<T> {
     fn default() -> Self {
-        Self { origin: DVec3::ZERO, gauge: 1.0, points: Vec::new(), knots: Vec::new(), faces: Vec::new() }
+        Self {
+            origin: DVec3::ZERO,
+            gauge: 1.0,
+            points: Vec::new(),
+            knots: Vec::new(),
+            faces: Vec::new(),
+            skipped: Skipped::default(),
+            stamp: 0,
+        }
     }
 }
 

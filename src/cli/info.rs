@@ -71,7 +71,7 @@ fn mesh_info(arguments: &Arguments) -> Result<()> {
             text += &format!(
                 "yarns: {} ({closed} closed), {} control points, {} knots\n",
                 scene.yarns.len(),
-                scene.yarns.slots.len(),
+                scene.yarns.point_count(),
                 scene.knot_count
             );
             text += &format!(

@@ -4,7 +4,7 @@ use super::inputs::{self, Rename};
 use super::report::{self, FrameReport, Inputs, Report, Seconds};
 use super::{Console, Ending};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
+use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Precision, Running};
 use knotmesh::curve::{CurveExtras, FrameCurves, UNIFORM_SUBDIVISION};
 use knotmesh::ids::FaceId;
 use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_writer};
@@ -52,7 +52,7 @@ pub struct Arguments {
     pub iterations: u32,
     /// f64 is the reference.
     #[arg(long, value_enum, default_value = "f32")]
-    pub precision: Precision,
+    pub precision: PrecisionName,
     /// A mesh with the same vertices whose positions are the rest shape (for the gauge).
     #[arg(long, value_name = "MESH")]
     pub rest: Option<PathBuf>,
@@ -114,7 +114,7 @@ names!(StartName -> Start { Affine => Start::Affine, Previous => Start::Previous
 names!(CoordinatesName -> Coordinates { MeanValue => Coordinates::MeanValue, Wachspress => Coordinates::Wachspress });
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
-pub enum Precision {
+pub enum PrecisionName {
     F32,
     F64,
 }
@@ -164,7 +164,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         mesh.face_count(),
         scene.knot_count,
         scene.yarns.len(),
-        scene.yarns.slots.len(),
+        scene.yarns.point_count(),
         scene.gauge,
         scene.gauge * scene.yarn_radius
     ));
@@ -183,8 +183,8 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     // The mesh's topology lives on in the scene; only positions are needed from here.
     let own_positions = mesh.positions;
     match arguments.precision {
-        Precision::F32 => job.frames::<f32>(own_positions),
-        Precision::F64 => job.frames::<f64>(own_positions),
+        PrecisionName::F32 => job.frames::<f32>(own_positions),
+        PrecisionName::F64 => job.frames::<f64>(own_positions),
     }
 }
 
@@ -256,7 +256,7 @@ enum Writer {
 }
 
 impl Job<'_> {
-    fn frames<T: Scalar>(mut self, own_positions: Vec<glam::DVec3>) -> Result<Ending> {
+    fn frames<T: Precision>(mut self, own_positions: Vec<glam::DVec3>) -> Result<Ending> {
         let arguments = self.arguments;
         let settings = Settings {
             solver: arguments.solver.into(),
@@ -266,7 +266,8 @@ impl Job<'_> {
             weight_angle: arguments.weight_angle,
             weight_length: arguments.weight_length,
         };
-        let mut backend = CpuBackend::<T>::new(self.scene.clone(), &settings, arguments.threads)?;
+        let running = Running { threads: arguments.threads, ..Running::default() };
+        let mut backend = CpuBackend::<T>::new(self.scene.clone(), &settings, &running)?;
         let mut source = match &arguments.frames {
             Some(pattern) => Some(Frames::open(pattern, self.scene.vertex_count)?),
             None => None,

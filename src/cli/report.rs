@@ -84,7 +84,7 @@ impl Inputs {
             knots: scene.knot_count,
             yarns: scene.yarns.len(),
             yarns_closed: scene.yarns.closed.iter().filter(|c| **c).count(),
-            control_points: scene.yarns.slots.len(),
+            control_points: scene.yarns.point_count(),
             stitches: scene
                 .batches
                 .iter()

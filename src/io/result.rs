@@ -47,7 +47,7 @@ impl ResultWriter {
             let range = scene.yarns.range(yarn);
             let len = sampled_len(range.len(), scene.yarns.closed[yarn], subdivide);
             for i in 0..len {
-                let [slot, _] = scene.yarns.slots[range.start + i / (subdivide + 1)];
+                let [slot, _] = scene.point_slots()[range.start + i / (subdivide + 1)];
                 let (batch, index, local) = scene.slot_place(slot);
                 let point = &scene.stencils[batch.stencil].points[local];
                 let owned = matches!(point.role, Role::Contact | Role::Control);

@@ -5,23 +5,20 @@ use crate::math::Real;
 /// Pivots at or below this share of the largest diagonal entry leave their unknown unchanged.
 const SMALLEST_PIVOT: f64 = 1e-12;
 
-/// Factorises A + mu diag A, and + C where `curved` is set; `a` and `c` are lower triangles, row-major n x n,
+/// Factorises A + mu diag A, and + C where `newton` is set; `a` and `c` are lower triangles, row-major n x n,
 /// `factor` takes the result. Unknowns with `frozen` set, or without a usable pivot, are left out; says whether
 /// all others had one.
 #[inline(always)]
 pub fn factorise<T: Real>(
     a: &[T],
-    curvature: Option<(&[T], T::Mask)>,
+    c: &[T],
+    newton: T::Mask,
     mu: T,
     frozen: &[T::Mask],
     factor: &mut [T],
 ) -> T::Mask {
     let n = frozen.len();
     let damp = T::one() + mu;
-    let with = |entry: T, at: usize| match curvature {
-        Some((c, curved)) => entry + T::select(curved, c[at], T::zero()),
-        None => entry,
-    };
     let mut largest = T::zero();
     for i in 0..n {
         largest = largest.max(a[i * n + i] * damp);
@@ -29,7 +26,7 @@ pub fn factorise<T: Real>(
     let smallest = largest * T::of(SMALLEST_PIVOT);
     let mut positive = T::mask(true);
     for j in 0..n {
-        let mut pivot = with(a[j * n + j] * damp, j * n + j);
+        let mut pivot = a[j * n + j] * damp + T::select(newton, c[j * n + j], T::zero());
         for k in 0..j {
             let l = factor[j * n + k];
             // Below the diagonal L, on it 1 / D.
@@ -40,7 +37,7 @@ pub fn factorise<T: Real>(
         let inverse = T::select(usable, T::one() / T::select(usable, pivot, T::one()), T::zero());
         factor[j * n + j] = inverse;
         for i in j + 1..n {
-            let mut entry = with(a[i * n + j], i * n + j);
+            let mut entry = a[i * n + j] + T::select(newton, c[i * n + j], T::zero());
             for k in 0..j {
                 entry -= factor[i * n + k] * factor[j * n + k] * factor[k * n + k];
             }

@@ -23,7 +23,7 @@ pub struct Frame<T> {
 /// The frame of a face whose corners lie at `corners` relative to the first, in template units, and where
 /// there is one. There is none if anything is not finite or |D e_u x D e_v| <= 1e-6 |D|^2.
 #[inline(always)]
-pub fn face_frame<T: Real>(gradients: &[V2<T>], corners: &[V3<T>]) -> (Frame<T>, T::Mask) {
+pub fn face_frame<T: Real>(gradients: &[V2<T::Scalar>], corners: &[V3<T>]) -> (Frame<T>, T::Mask) {
     let (a, b) = gradient(gradients, corners);
     let cross = a.cross(b);
     let area = cross.length();
@@ -41,21 +41,21 @@ pub fn face_frame<T: Real>(gradients: &[V2<T>], corners: &[V3<T>]) -> (Frame<T>,
 
 /// D(q) e_u and D(q) e_v: sum of corners times gradients of their weights.
 #[inline(always)]
-pub fn gradient<T: Real>(gradients: &[V2<T>], corners: &[V3<T>]) -> (V3<T>, V3<T>) {
+pub fn gradient<T: Real>(gradients: &[V2<T::Scalar>], corners: &[V3<T>]) -> (V3<T>, V3<T>) {
     let (mut a, mut b) = (V3::zero(), V3::zero());
     for (g, corner) in gradients.iter().zip(corners) {
-        a = a + *corner * g.u;
-        b = b + *corner * g.v;
+        a = a + *corner * T::splat(g.u);
+        b = b + *corner * T::splat(g.v);
     }
     (a, b)
 }
 
 /// Sum of weights times vectors.
 #[inline(always)]
-pub fn blend<T: Real>(weights: &[T], vectors: &[V3<T>]) -> V3<T> {
+pub fn blend<T: Real>(weights: &[T::Scalar], vectors: &[V3<T>]) -> V3<T> {
     let mut sum = V3::zero();
     for (w, v) in weights.iter().zip(vectors) {
-        sum = sum + *v * *w;
+        sum = sum + *v * T::splat(*w);
     }
     sum
 }
@@ -77,7 +77,7 @@ impl<T: Real> Frame<T> {
 /// Draws the knot centres towards or away from their mean: at beta = 0 their spread is that of the
 /// template, at beta = 1 that of the mapped centres (Huang et al. 2025, fig. 13).
 #[inline(always)]
-pub fn space_knots<T: Real>(stencil: &Stencil<T>, beta: T, centers: &mut [V2<T>]) {
+pub fn space_knots<T: Real>(stencil: &Stencil<T::Scalar>, beta: T, centers: &mut [V2<T>]) {
     if centers.len() < 2 {
         return;
     }
@@ -94,7 +94,7 @@ pub fn space_knots<T: Real>(stencil: &Stencil<T>, beta: T, centers: &mut [V2<T>]
     }
     let spread = (spread * share).sqrt();
     let apart = T::zero().lt(spread);
-    let rest = stencil.rest_spread;
+    let rest = T::splat(stencil.rest_spread);
     let scale = (rest + beta * (spread - rest)) / T::select(apart, spread, T::one());
     let scale = T::select(apart, scale, T::one());
     for c in centers.iter_mut() {

@@ -20,7 +20,7 @@ pub struct Seat<T> {
 /// The seat of knot `k`.
 #[inline(always)]
 pub fn seat<T: Real>(
-    stencil: &Stencil<T>,
+    stencil: &Stencil<T::Scalar>,
     frame: &Frame<T>,
     corners: &[V3<T>],
     normals: &[V3<T>],
@@ -64,8 +64,8 @@ impl<T: Real> Seat<T> {
     }
 }
 
-/// The place of an interpolated point, relative to the face's first corner.
+/// The place of an interpolated point that lies at `at` on the surface, relative to the face's first corner.
 #[inline(always)]
-pub fn interpolate<T: Real>(weights: &[T], corners: &[V3<T>], normals: &[V3<T>], z: T) -> V3<T> {
-    blend(weights, corners) + blend(weights, normals).normalized_or_zero() * z
+pub fn interpolate<T: Real>(weights: &[T::Scalar], at: V3<T>, normals: &[V3<T>], z: T) -> V3<T> {
+    at + blend(weights, normals).normalized_or_zero() * z
 }

@@ -9,10 +9,12 @@ pub mod frame;
 pub mod lift;
 pub mod solve;
 pub mod start;
+mod sums;
 
 use crate::math::{Real, Scalar, V2, V3};
 use crate::scene::{Mode, Role, Stencil};
 pub use energy::Weights;
+pub use frame::Frame;
 pub use solve::Solver;
 pub use start::KnotState;
 
@@ -75,11 +77,13 @@ pub enum Status {
     FellBack = 5,
     /// Left out: the library has no such stitch.
     Skipped = 6,
+    /// Not worked on, because nobody sees it.
+    Hidden = 7,
 }
 
 impl Status {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Status; 7] = [
+    pub const ALL: [Status; 8] = [
         Status::Interpolated,
         Status::Stepped,
         Status::Converged,
@@ -87,6 +91,7 @@ impl Status {
         Status::Stuck,
         Status::FellBack,
         Status::Skipped,
+        Status::Hidden,
     ];
 }
 
@@ -103,28 +108,85 @@ pub struct FaceResult<T> {
 
 /// One stitch type ready to run: its stencil and settings, in one precision.
 #[derive(Clone, Debug)]
-pub struct Kernel<T> {
+pub struct Kernel<S> {
     /// The template, compiled.
-    pub stencil: Stencil<T>,
+    pub stencil: Stencil<S>,
     mode: Mode,
     solver: Solver,
     iterations: u32,
-    beta: Option<T>,
-    weights: Weights<T>,
+    beta: Option<S>,
+    weights: Weights<S>,
 }
 
-/// Scratch space for faces, sized for the kernel last run.
+/// Scratch space for the kernels of one thread: what a run is given, and what it leaves. A face a lane.
 #[derive(Clone, Debug, Default)]
 pub struct Workspace<T: Real> {
     /// `[corner]` places relative to the first corner, template units: set by the caller.
     pub corners: Vec<V3<T>>,
     /// `[corner]` unnormalised normals: set by the caller.
     pub normals: Vec<V3<T>>,
+    /// `[corner]` places in the face frame: set by [`Kernel::frame`].
+    pub shape: Vec<V2<T>>,
+    /// `[knot]` an earlier state, set by the caller where [`Given`] asks for it; afterwards the end state.
+    pub state: Vec<KnotState<T>>,
+    /// `[point]` where the points ended, relative to the first corner, template units.
+    pub points: Vec<V3<T>>,
     seats: Vec<lift::Seat<T>>,
     solve: solve::Solve<T>,
 }
 
-impl<T: Scalar> Kernel<T> {
+/// What is known of faces side by side before their solve: masks of what `Workspace::state` holds.
+#[derive(Clone, Copy, Debug)]
+pub struct Given<T: Real> {
+    /// The solve's result already: nothing is left to solve.
+    pub solved: T::Mask,
+    /// A start for the solve, where its half-lengths are above 0.
+    pub start: bool,
+}
+
+impl<T: Real> Given<T> {
+    /// Nothing is known.
+    #[inline(always)]
+    pub fn nothing() -> Self {
+        Self { solved: T::mask(false), start: false }
+    }
+}
+
+/// What a run reports of the faces side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Ended<T: Real> {
+    outcome: solve::Outcome<T>,
+    /// Which faces have a frame and a finite end.
+    pub sound: T::Mask,
+    solved: bool,
+    iterations: u32,
+}
+
+impl<T: Real> Ended<T> {
+    /// What is known of the face in a lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> FaceResult<T::Scalar> {
+        let zero = T::Scalar::zero();
+        if !T::mask_lane(self.sound, lane) {
+            return FaceResult { energy_start: zero, energy: zero, status: Status::FellBack };
+        }
+        let outcome = &self.outcome;
+        let status = if !self.solved {
+            Status::Interpolated
+        } else if T::mask_lane(outcome.at_rest, lane) {
+            Status::AtRest
+        } else if T::mask_lane(outcome.converged, lane) {
+            Status::Converged
+        } else if self.iterations > 0 && outcome.steps.lane(lane) == zero {
+            Status::Stuck
+        } else {
+            Status::Stepped
+        };
+        FaceResult { energy_start: outcome.start.lane(lane), energy: outcome.end.lane(lane), status }
+    }
+}
+
+impl<S: Scalar> Kernel<S> {
     /// Prepares a stitch type.
     pub fn new(stencil: &Stencil<f64>, mode: Mode, settings: &Settings) -> Self {
         Self {
@@ -133,106 +195,144 @@ impl<T: Scalar> Kernel<T> {
             solver: settings.solver,
             iterations: settings.iterations,
             // Plain interpolation leaves the centres' bits alone.
-            beta: (settings.beta != 1.0).then(|| T::of(settings.beta)),
+            beta: (settings.beta != 1.0).then(|| S::of(settings.beta)),
             weights: Weights {
-                angle: T::of(settings.weight_angle.sqrt()),
-                length: T::of(settings.weight_length.sqrt()),
+                angle: S::of(settings.weight_angle.sqrt()),
+                length: S::of(settings.weight_length.sqrt()),
             },
         }
     }
 
     /// Makes room in a workspace.
-    pub fn fit(&self, work: &mut Workspace<T>) {
+    pub fn fit<T: Real<Scalar = S>>(&self, work: &mut Workspace<T>) {
         work.corners.resize(self.stencil.corner_count, V3::zero());
         work.normals.resize(self.stencil.corner_count, V3::zero());
+        work.shape.resize(self.stencil.corner_count, V2::zero());
+        work.state.resize(self.stencil.knot_count(), KnotState::default());
+        work.points.resize(self.stencil.points.len(), V3::zero());
         work.seats.resize(self.stencil.knot_count(), lift::Seat::default());
         work.solve.fit(&self.stencil);
     }
 
-    /// Works out one face: its points relative to its first corner go to `points`, its knots' end state to
-    /// `state`. With `warm`, the solve starts from `state` where that holds a half-length above 0.
+    /// Works out faces side by side, from `corners` and `normals` of the workspace to its `points` and `state`.
     #[inline(always)]
-    pub fn run(
+    pub fn run<T: Real<Scalar = S>>(&self, work: &mut Workspace<T>, given: Given<T>) -> Ended<T> {
+        let framed = self.frame(work);
+        self.finish(work, framed, given)
+    }
+
+    /// The first part of [`Kernel::run`]: the faces' frames and their shapes in them. All that the solve depends
+    /// on is the shape.
+    #[inline(always)]
+    pub fn frame<T: Real<Scalar = S>>(&self, work: &mut Workspace<T>) -> (Frame<T>, T::Mask) {
+        let (frame, usable) = frame::face_frame(&self.stencil.frame_gradients, &work.corners);
+        for (shape, corner) in work.shape.iter_mut().zip(&work.corners) {
+            *shape = frame.plane(*corner);
+        }
+        (frame, usable)
+    }
+
+    /// The second part of [`Kernel::run`].
+    #[inline(always)]
+    pub fn finish<T: Real<Scalar = S>>(
         &self,
         work: &mut Workspace<T>,
-        warm: bool,
-        state: &mut [KnotState<T>],
-        points: &mut [V3<T>],
-    ) -> FaceResult<T> {
+        (frame, usable): (Frame<T>, T::Mask),
+        given: Given<T>,
+    ) -> Ended<T> {
         let stencil = &self.stencil;
         let n = stencil.corner_count;
-        let (frame, usable) = frame::face_frame(&stencil.frame_gradients, &work.corners);
-        for (i, point) in points.iter_mut().enumerate() {
-            let (weights, p) = (&stencil.weights[i * n..(i + 1) * n], &stencil.points[i]);
-            let needed = !usable || matches!(p.role, Role::Boundary | Role::Free);
-            if needed {
-                *point = lift::interpolate(weights, &work.corners, &work.normals, p.z);
-                work.solve.points.plane[i] = frame.plane(frame::blend(weights, &work.corners));
+        for (i, p) in stencil.points.iter().enumerate() {
+            if matches!(p.role, Role::Boundary | Role::Free) {
+                let weights = &stencil.weights[i * n..(i + 1) * n];
+                let at = frame::blend(weights, &work.corners);
+                work.points[i] = lift::interpolate(weights, at, &work.normals, T::splat(p.z));
+                work.solve.points.plane[i] = frame.plane(at);
             }
         }
-        let fell_back = FaceResult { energy_start: T::zero(), energy: T::zero(), status: Status::FellBack };
-        if !usable {
-            state.fill(KnotState::default());
-            return fell_back;
-        }
-
         for k in 0..stencil.knot_count() {
             work.seats[k] = lift::seat(stencil, &frame, &work.corners, &work.normals, k);
             work.solve.points.centers[k] = work.seats[k].center();
         }
         if let Some(beta) = self.beta {
-            frame::space_knots(stencil, beta, &mut work.solve.points.centers);
+            frame::space_knots(stencil, T::splat(beta), &mut work.solve.points.centers);
         }
-        let solving = self.mode == Mode::Relax && !state.is_empty();
-        if !solving {
+        let solves = self.solves();
+        let left = solves && T::any(T::not(given.solved));
+        let weights = Weights { angle: T::splat(self.weights.angle), length: T::splat(self.weights.length) };
+        if left {
+            self.start(work, &frame, given);
+        } else if !solves {
             start::rigid(stencil, &mut work.solve.state);
-        } else if warm && state.iter().all(|s| T::zero().lt(s.half_length)) {
-            work.solve.state.copy_from_slice(state);
-        } else {
-            start::affine(stencil, &frame, &mut work.solve.state);
         }
-        let (outcome, mut status) = if solving {
-            let outcome = work.solve.run(stencil, &self.weights, self.solver, self.iterations);
-            (outcome, status_of(&outcome, self.iterations))
+        let outcome = if left {
+            work.solve.run(stencil, &weights, self.solver, self.iterations)
+        } else if solves {
+            solve::Outcome::none()
         } else {
-            (work.solve.evaluate(stencil, &self.weights), Status::Interpolated)
+            work.solve.evaluate(stencil, &weights)
         };
+        if solves && T::any(given.solved) {
+            for (state, earlier) in work.solve.state.iter_mut().zip(&work.state) {
+                *state = KnotState::select(given.solved, *earlier, *state);
+            }
+            work.solve.place(stencil);
+        }
 
-        state.copy_from_slice(&work.solve.state);
-        let mut finite = outcome.end.finite();
-        for (i, point) in points.iter_mut().enumerate() {
-            let p = &stencil.points[i];
+        let mut sound = T::and(usable, T::or(given.solved, outcome.end.finite()));
+        for (i, p) in stencil.points.iter().enumerate() {
             if matches!(p.role, Role::Contact | Role::Control) {
-                *point = work.seats[p.knot as usize].lift(&frame, work.solve.points.plane[i], p.z);
+                let (seat, at) = (&work.seats[p.knot as usize], work.solve.points.plane[i]);
+                work.points[i] = seat.lift(&frame, at, T::splat(p.z));
             }
-            finite &= point.finite();
+            sound = T::and(sound, work.points[i].finite());
         }
-        if !finite {
-            for (i, point) in points.iter_mut().enumerate() {
-                let weights = &stencil.weights[i * n..(i + 1) * n];
-                *point = lift::interpolate(weights, &work.corners, &work.normals, stencil.points[i].z);
-            }
-            state.fill(KnotState::default());
-            status = Status::FellBack;
-            return FaceResult { status, ..fell_back };
+        work.state.copy_from_slice(&work.solve.state);
+        if T::any(T::not(sound)) {
+            self.fall_back(work, sound);
         }
-        FaceResult { energy_start: outcome.start, energy: outcome.end, status }
+        Ended { outcome, sound, solved: solves, iterations: self.iterations }
     }
 
-    /// The in-plane places of the points and of the knot centres of the face last run, template units.
-    pub fn plane_points<'a>(&self, work: &'a Workspace<T>) -> (&'a [V2<T>], &'a [V2<T>]) {
+    /// Whether there is anything to solve.
+    #[inline(always)]
+    pub fn solves(&self) -> bool {
+        self.mode == Mode::Relax && self.stencil.knot_count() > 0
+    }
+
+    /// Puts the solve's start in place.
+    #[inline(always)]
+    fn start<T: Real<Scalar = S>>(&self, work: &mut Workspace<T>, frame: &Frame<T>, given: Given<T>) {
+        start::affine(&self.stencil, frame, &mut work.solve.state);
+        if given.start {
+            let mut known = T::mask(true);
+            for state in &work.state {
+                known = T::and(known, T::zero().lt(state.half_length));
+            }
+            for (state, earlier) in work.solve.state.iter_mut().zip(&work.state) {
+                *state = KnotState::select(known, *earlier, *state);
+            }
+        }
+    }
+
+    /// Interpolates the faces that are not sound.
+    #[inline(always)]
+    fn fall_back<T: Real<Scalar = S>>(&self, work: &mut Workspace<T>, sound: T::Mask) {
+        let stencil = &self.stencil;
+        let n = stencil.corner_count;
+        for (i, p) in stencil.points.iter().enumerate() {
+            let weights = &stencil.weights[i * n..(i + 1) * n];
+            let at = frame::blend(weights, &work.corners);
+            let point = lift::interpolate(weights, at, &work.normals, T::splat(p.z));
+            work.points[i] = V3::select(sound, work.points[i], point);
+        }
+        for state in &mut work.state {
+            *state = KnotState::select(sound, *state, KnotState::default());
+        }
+    }
+
+    /// The in-plane places of the points and of the knot centres of the faces last run, template units.
+    pub fn plane_points<'a, T: Real>(&self, work: &'a Workspace<T>) -> (&'a [V2<T>], &'a [V2<T>]) {
         (&work.solve.points.plane, &work.solve.points.centers)
-    }
-}
-
-fn status_of<T: Scalar>(outcome: &solve::Outcome<T>, iterations: u32) -> Status {
-    if outcome.at_rest {
-        Status::AtRest
-    } else if outcome.converged {
-        Status::Converged
-    } else if iterations > 0 && outcome.steps.to_f64() == 0.0 {
-        Status::Stuck
-    } else {
-        Status::Stepped
     }
 }

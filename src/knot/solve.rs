@@ -17,8 +17,6 @@ pub enum Solver {
     GaussNewton,
 }
 
-/// 'Converged' means that a step lowered E by less than this share of it.
-const CONVERGED: f64 = 1e-10;
 /// Damping at the start, and its change after a step that lowered E and one that did not.
 /// Measured: less at the start overshoots where residuals are large, and an undone step costs as much as a good
 /// one.
@@ -60,9 +58,18 @@ pub struct Outcome<T: Real> {
     pub steps: T,
 }
 
+impl<T: Real> Outcome<T> {
+    /// Of no solve at all.
+    #[inline(always)]
+    pub fn none() -> Self {
+        let (zero, no) = (T::zero(), T::mask(false));
+        Self { start: zero, end: zero, at_rest: no, converged: no, steps: zero }
+    }
+}
+
 impl<T: Real> Solve<T> {
     /// Makes room for a stencil.
-    pub fn fit(&mut self, stencil: &Stencil<T>) {
+    pub fn fit(&mut self, stencil: &Stencil<T::Scalar>) {
         let (k, n) = (stencil.knot_count(), 2 * stencil.knot_count());
         self.points.fit(stencil);
         self.state.resize(k, KnotState::default());
@@ -80,115 +87,134 @@ impl<T: Real> Solve<T> {
     #[inline(always)]
     pub fn run(
         &mut self,
-        stencil: &Stencil<T>,
+        stencil: &Stencil<T::Scalar>,
         weights: &Weights<T>,
         solver: Solver,
         iterations: u32,
     ) -> Outcome<T> {
-        match solver {
-            Solver::Safeguarded => self.safeguarded(stencil, weights, iterations),
-            Solver::GaussNewton => self.gauss_newton(stencil, weights, iterations),
+        let safe = solver == Solver::Safeguarded;
+        let shortest = T::splat(stencil.yarn_radius) * T::of(0.5);
+        self.trial.copy_from_slice(&self.state);
+        if safe {
+            for trial in &mut self.trial {
+                trial.half_length = trial.half_length.max(shortest);
+            }
         }
+        self.frozen.fill(T::mask(false));
+        let mut outcome = Outcome::none();
+        let mut done = T::mask(false);
+        let mut mu = if safe { T::of(DAMPING) } else { T::zero() };
+        // The first trial is the start itself, and the last needs no more than its energy.
+        for i in 0..=iterations {
+            self.points.place(stencil, &self.trial);
+            let tried = if i < iterations {
+                let (a, c, b) = (&mut self.trial_a, &mut self.trial_c, &mut self.trial_b);
+                let c = if safe { Some(&mut c[..]) } else { None };
+                self.points.assemble(stencil, weights, &self.trial, (a, c, b))
+            } else {
+                self.points.energy(stencil, weights, &self.trial)
+            };
+            let better = if i == 0 {
+                outcome.start = tried;
+                outcome.end = tried;
+                if safe {
+                    outcome.at_rest = tried.le(T::of(T::REST_ENERGY));
+                    done = outcome.at_rest;
+                }
+                T::mask(true)
+            } else if safe {
+                let better = T::and(tried.lt(outcome.end), T::not(done));
+                let small = (outcome.end - tried).lt(T::of(T::CONVERGED) * outcome.end);
+                outcome.converged = T::or(outcome.converged, T::and(better, small));
+                let success = T::of(DAMPING_AFTER_SUCCESS);
+                mu = mu * T::select(better, success, T::of(DAMPING_AFTER_FAILURE));
+                done = T::or(done, outcome.converged);
+                better
+            } else {
+                T::mask(true)
+            };
+            if i > 0 {
+                outcome.steps += T::select(better, T::one(), T::zero());
+            }
+            outcome.end = T::select(better, tried, outcome.end);
+            self.take(better, i < iterations, safe);
+            if i == iterations || !T::any(T::not(done)) {
+                break;
+            }
+            if safe {
+                self.freeze(shortest);
+            }
+            self.step(mu, safe);
+            if safe {
+                for trial in &mut self.trial {
+                    trial.half_length = trial.half_length.max(shortest);
+                }
+            }
+        }
+        self.place(stencil);
+        outcome
+    }
+
+    /// Puts the points where the state says.
+    #[inline(always)]
+    pub fn place(&mut self, stencil: &Stencil<T::Scalar>) {
+        self.points.place(stencil, &self.state);
     }
 
     /// The energy of the state as it is.
     #[inline(always)]
-    pub fn evaluate(&mut self, stencil: &Stencil<T>, weights: &Weights<T>) -> Outcome<T> {
-        self.points.place(stencil, &self.state);
-        let energy = self.points.energy(stencil, weights);
-        Outcome {
-            start: energy,
-            end: energy,
-            at_rest: T::mask(false),
-            converged: T::mask(false),
-            steps: T::zero(),
-        }
+    pub fn evaluate(&mut self, stencil: &Stencil<T::Scalar>, weights: &Weights<T>) -> Outcome<T> {
+        self.place(stencil);
+        let energy = self.points.energy(stencil, weights, &self.state);
+        Outcome { start: energy, end: energy, ..Outcome::none() }
     }
 
+    /// Takes the trial over where it is better; its matrices too, where there are any.
     #[inline(always)]
-    fn gauss_newton(&mut self, stencil: &Stencil<T>, weights: &Weights<T>, iterations: u32) -> Outcome<T> {
-        let mut outcome = self.evaluate(stencil, weights);
-        self.frozen.fill(T::mask(false));
-        for _ in 0..iterations {
-            self.points.place(stencil, &self.state);
-            self.points.assemble(stencil, weights, &self.state, &mut self.a, &mut self.b);
-            factor::factorise(&self.a, None, T::zero(), &self.frozen, &mut self.factor);
-            factor::solve(&self.factor, &self.b, &mut self.step);
-            for (k, state) in self.state.iter_mut().enumerate() {
-                *state = stepped(*state, self.step[2 * k], self.step[2 * k + 1]);
+    fn take(&mut self, better: T::Mask, assembled: bool, curved: bool) {
+        for (state, trial) in self.state.iter_mut().zip(&self.trial) {
+            *state = KnotState::select(better, *trial, *state);
+        }
+        if !assembled {
+            return;
+        }
+        for (old, new) in self.a.iter_mut().zip(&self.trial_a) {
+            *old = T::select(better, *new, *old);
+        }
+        for (old, new) in self.b.iter_mut().zip(&self.trial_b) {
+            *old = T::select(better, *new, *old);
+        }
+        if curved {
+            for (old, new) in self.c.iter_mut().zip(&self.trial_c) {
+                *old = T::select(better, *new, *old);
             }
-            outcome.steps += T::one();
         }
-        outcome.end = self.evaluate(stencil, weights).end;
-        outcome
     }
 
+    /// A half-length at its bound stays there while E falls towards shorter ones.
     #[inline(always)]
-    fn safeguarded(&mut self, stencil: &Stencil<T>, weights: &Weights<T>, iterations: u32) -> Outcome<T> {
-        let shortest = stencil.yarn_radius * T::of(0.5);
-        for state in &mut self.state {
-            state.half_length = state.half_length.max(shortest);
+    fn freeze(&mut self, shortest: T) {
+        for (k, state) in self.state.iter().enumerate() {
+            self.frozen[2 * k + 1] = T::and(state.half_length.le(shortest), T::zero().lt(self.b[2 * k + 1]));
         }
-        self.points.place(stencil, &self.state);
-        let (a, c, b) = (&mut self.a, &mut self.c, &mut self.b);
-        let start = self.points.assemble_curved(stencil, weights, &self.state, a, c, b);
-        let mut energy = start;
-        let at_rest = start.le(T::of(T::REST_ENERGY));
-        let mut done = at_rest;
-        let mut converged = T::mask(false);
-        let mut steps = T::zero();
-        let mut mu = T::of(DAMPING);
-        for i in 0..iterations {
-            if !T::any(T::not(done)) {
+    }
+
+    /// The next trial: a step from the state.
+    #[inline(always)]
+    fn step(&mut self, mu: T, curved: bool) {
+        // Newton's matrix where it is positive definite, else that of Gauss-Newton.
+        let mut newton = T::mask(curved);
+        loop {
+            let positive = factor::factorise(&self.a, &self.c, newton, mu, &self.frozen, &mut self.factor);
+            if !T::any(T::and(newton, T::not(positive))) {
                 break;
             }
-            for (k, state) in self.state.iter().enumerate() {
-                // A half-length at its bound stays there while E falls towards shorter ones.
-                self.frozen[2 * k] = T::mask(false);
-                self.frozen[2 * k + 1] =
-                    T::and(state.half_length.le(shortest), T::zero().lt(self.b[2 * k + 1]));
-            }
-            // Newton's matrix where it is positive definite, else that of Gauss-Newton.
-            let curved = Some((&self.c[..], T::mask(true)));
-            let positive = factor::factorise(&self.a, curved, mu, &self.frozen, &mut self.factor);
-            if T::any(T::not(positive)) {
-                let curved = Some((&self.c[..], positive));
-                factor::factorise(&self.a, curved, mu, &self.frozen, &mut self.factor);
-            }
-            factor::solve(&self.factor, &self.b, &mut self.step);
-            for (k, trial) in self.trial.iter_mut().enumerate() {
-                *trial = stepped(self.state[k], self.step[2 * k], self.step[2 * k + 1]);
-                trial.half_length = trial.half_length.max(shortest);
-            }
-            self.points.place(stencil, &self.trial);
-            let tried = if i + 1 < iterations {
-                let (a, c, b) = (&mut self.trial_a, &mut self.trial_c, &mut self.trial_b);
-                self.points.assemble_curved(stencil, weights, &self.trial, a, c, b)
-            } else {
-                self.points.energy(stencil, weights)
-            };
-            let better = T::and(tried.lt(energy), T::not(done));
-            let small = (energy - tried).lt(T::of(CONVERGED) * energy);
-            converged = T::or(converged, T::and(better, small));
-            steps += T::select(better, T::one(), T::zero());
-            energy = T::select(better, tried, energy);
-            let factor = T::select(better, T::of(DAMPING_AFTER_SUCCESS), T::of(DAMPING_AFTER_FAILURE));
-            mu = mu * factor;
-            done = T::or(done, converged);
-            for (state, trial) in self.state.iter_mut().zip(&self.trial) {
-                state.direction = V2::select(better, trial.direction, state.direction);
-                state.half_length = T::select(better, trial.half_length, state.half_length);
-            }
-            for (old, new) in
-                [(&mut self.a, &self.trial_a), (&mut self.c, &self.trial_c), (&mut self.b, &self.trial_b)]
-            {
-                for (old, new) in old.iter_mut().zip(new) {
-                    *old = T::select(better, *new, *old);
-                }
-            }
+            newton = T::and(newton, positive);
         }
-        self.points.place(stencil, &self.state);
-        Outcome { start, end: energy, at_rest, converged, steps }
+        factor::solve(&self.factor, &self.b, &mut self.step);
+        for (k, trial) in self.trial.iter_mut().enumerate() {
+            *trial = stepped(self.state[k], self.step[2 * k], self.step[2 * k + 1]);
+        }
     }
 }
 

@@ -18,9 +18,9 @@ pub enum Width {
     Auto,
     /// One at a time.
     One,
-    /// Eight (AVX2, or portable code).
+    /// Eight, where there is AVX2; else as many as there are.
     Eight,
-    /// Sixteen (AVX-512, or portable code).
+    /// Sixteen, where there is AVX-512; else as many as there are.
     Sixteen,
 }
 
@@ -36,20 +36,6 @@ pub trait Wide<T: Scalar> {
 pub trait Instructions: Simd {
     /// The token; only lanes ask for it, and those run only inside [`Wide::run`].
     fn token() -> Self;
-}
-
-impl Instructions for pulp::Scalar256b {
-    #[inline(always)]
-    fn token() -> Self {
-        Self
-    }
-}
-
-impl Instructions for pulp::Scalar512b {
-    #[inline(always)]
-    fn token() -> Self {
-        Self
-    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -89,29 +75,25 @@ pub(super) fn dispatch<W: Wide<f32>>(width: Width, work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     {
         use pulp::x86::{V3, V4};
-        let (eight, sixteen) = (width == Width::Eight, width == Width::Sixteen);
-        if (width == Width::Auto || sixteen)
+        if matches!(width, Width::Auto | Width::Sixteen)
             && let Some(v4) = V4::try_new()
         {
             return Simd::vectorize(v4, Op::<W, V4>(work, PhantomData));
         }
-        if (width == Width::Auto || eight)
+        if width != Width::One
             && let Some(v3) = V3::try_new()
         {
             return Simd::vectorize(v3, Op::<W, V3>(work, PhantomData));
         }
     }
     #[cfg(target_arch = "aarch64")]
-    if width == Width::Auto
+    if width != Width::One
         && let Some(neon) = pulp::aarch64::Neon::try_new()
     {
         return Simd::vectorize(neon, Op::<W, pulp::aarch64::Neon>(work, PhantomData));
     }
-    match width {
-        Width::One => work.run::<f32>(),
-        Width::Sixteen => work.run::<Lanes<pulp::Scalar512b>>(),
-        Width::Auto | Width::Eight => work.run::<Lanes<pulp::Scalar256b>>(),
-    }
+    let _ = width;
+    work.run::<f32>()
 }
 
 /// Work on its way through [`Simd::vectorize`].
@@ -199,7 +181,7 @@ impl<S: Instructions> Neg for Lanes<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(S::token().neg_f32s(self.0))
+        Self::splat(-0.0) - self
     }
 }
 impl<S: Instructions> AddAssign for Lanes<S> {
@@ -220,6 +202,7 @@ impl<S: Instructions> Real for Lanes<S> {
     type Scalar = f32;
     const LANES: usize = S::F32_LANES;
     const REST_ENERGY: f64 = f32::REST_ENERGY;
+    const CONVERGED: f64 = f32::CONVERGED;
 
     #[inline(always)]
     fn of(x: f64) -> Self {

@@ -32,6 +32,8 @@ pub trait Real:
 
     /// Energies at or below this are zero to rounding: the stitch is at rest.
     const REST_ENERGY: f64;
+    /// A solve has converged when a step lowers the energy by less than this share of it.
+    const CONVERGED: f64;
 
     /// Rounds to this precision.
     fn of(x: f64) -> Self;
@@ -131,12 +133,13 @@ impl Scalar for f32 {
 }
 
 macro_rules! scalar {
-    ($t:ty, $rest:expr) => {
+    ($t:ty, $rest:expr, $converged:expr) => {
         impl Real for $t {
             type Mask = bool;
             type Scalar = $t;
             const LANES: usize = 1;
             const REST_ENERGY: f64 = $rest;
+            const CONVERGED: f64 = $converged;
 
             #[inline(always)]
             fn of(x: f64) -> Self {
@@ -216,5 +219,6 @@ macro_rules! scalar {
 }
 
 // Rounding leaves about (27 residuals) x 100 x (a few units in the last place)^2 behind.
-scalar!(f64, 1e-26);
-scalar!(f32, 1e-10);
+scalar!(f64, 1e-26, 1e-10);
+// Energies are sums of some 30 residuals: below 1e-6 of them, f32 steps are rounding.
+scalar!(f32, 1e-10, 1e-6);

@@ -1,7 +1,7 @@
 //! Vectors over [`Real`]; glam's are tied to one scalar and cannot be lanes.
 
 use super::{Real, Scalar};
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Mul, Neg, Sub};
 
 /// A vector in the plane of a face.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,6 +35,22 @@ impl<T: Real> V2<T> {
     pub fn of(p: glam::DVec2) -> Self {
         Self::new(T::of(p.x), T::of(p.y))
     }
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub fn splat(p: V2<T::Scalar>) -> Self {
+        Self::new(T::splat(p.u), T::splat(p.v))
+    }
+    /// The vector in a lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> V2<T::Scalar> {
+        V2 { u: self.u.lane(lane), v: self.v.lane(lane) }
+    }
+    /// Puts a vector into a lane.
+    #[inline(always)]
+    pub fn set_lane(&mut self, lane: usize, p: V2<T::Scalar>) {
+        self.u.set_lane(lane, p.u);
+        self.v.set_lane(lane, p.v);
+    }
     /// The zero vector.
     #[inline(always)]
     pub fn zero() -> Self {
@@ -66,6 +82,18 @@ impl<T: Real> V3<T> {
     /// Rounds to this precision.
     pub fn of(p: glam::DVec3) -> Self {
         Self::new(T::of(p.x), T::of(p.y), T::of(p.z))
+    }
+    /// The vector in a lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> V3<T::Scalar> {
+        V3 { x: self.x.lane(lane), y: self.y.lane(lane), z: self.z.lane(lane) }
+    }
+    /// Puts a vector into a lane.
+    #[inline(always)]
+    pub fn set_lane(&mut self, lane: usize, p: V3<T::Scalar>) {
+        self.x.set_lane(lane, p.x);
+        self.y.set_lane(lane, p.y);
+        self.z.set_lane(lane, p.z);
     }
     /// The zero vector.
     #[inline(always)]
@@ -126,6 +154,13 @@ impl<T: Real> Sub for V2<T> {
     #[inline(always)]
     fn sub(self, o: Self) -> Self {
         Self::new(self.u - o.u, self.v - o.v)
+    }
+}
+impl<T: Real> Neg for V2<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(-self.u, -self.v)
     }
 }
 impl<T: Real> Mul<T> for V2<T> {

@@ -1,6 +1,7 @@
 //! How near a solve comes to the optimum: one stitch under an affine deformation, run from any start.
 
-use crate::knot::{FaceResult, Kernel, KnotState, Settings, Solver, Workspace};
+use crate::backend::Precision;
+use crate::knot::{FaceResult, Given, Kernel, KnotState, Settings, Solver, Workspace};
 use crate::math::{Scalar, V2, V3};
 use crate::scene::{Mode, Stencil};
 use crate::template::{Coordinates, Template};
@@ -67,7 +68,7 @@ impl Trial {
     }
 
     /// Runs one face from `start`, or from the affine start.
-    pub fn run<T: Scalar>(
+    pub fn run<T: Precision>(
         &self,
         settings: &Settings,
         deformation: &Deformation,
@@ -82,11 +83,11 @@ impl Trial {
             work.corners[i] = V3::of(at.extend(0.0));
             work.normals[i] = V3::new(T::zero(), T::zero(), T::one());
         }
-        let knots = self.stencil.knot_count();
-        let mut state = start.map_or_else(|| vec![KnotState::default(); knots], <[_]>::to_vec);
-        let mut lifted = vec![V3::zero(); self.stencil.points.len()];
-        let result = kernel.run(&mut work, start.is_some(), &mut state, &mut lifted);
-        Solved { result, state, points: kernel.plane_points(&work).0.to_vec() }
+        let given = Given { start: start.is_some(), ..Given::nothing() };
+        work.state.copy_from_slice(start.unwrap_or(&vec![KnotState::default(); self.stencil.knot_count()]));
+        let result = T::face(&kernel, &mut work, given).lane(0);
+        let points = kernel.plane_points(&work).0.to_vec();
+        Solved { result, state: work.state, points }
     }
 
     /// Four starts: affine, the template's own state, and affine with knots turned inwards and outwards.

@@ -23,14 +23,14 @@ pub struct Stretch {
 pub fn stretch<T: Scalar>(scene: &Scene, output: &FrameOutput<T>) -> Stretch {
     let mut errors = Vec::new();
     let (mut total, mut rest_total) = (0.0, 0.0);
-    let yarns = &scene.yarns;
+    let (yarns, slots) = (&scene.yarns, scene.point_slots());
     for yarn in 0..yarns.len() {
         let range = yarns.range(yarn);
         let n = range.len();
         let segments = if yarns.closed[yarn] { n } else { n.saturating_sub(1) };
         for i in 0..segments {
             let (a, b) = (range.start + i, range.start + (i + 1) % n);
-            let Some(rest) = rest_length(scene, yarns.slots[a], yarns.slots[b]) else { continue };
+            let Some(rest) = rest_length(scene, slots[a], slots[b]) else { continue };
             let length = (output.points[b] - output.points[a]).to_f64().length();
             total += length;
             rest_total += rest;
@@ -59,8 +59,8 @@ fn rest_length(scene: &Scene, a: [u32; 2], b: [u32; 2]) -> Option<f64> {
                 continue;
             }
             let stencil = &scene.stencils[batch.stencil];
-            if let Ok(term) = stencil.lengths.binary_search_by_key(&(point as u32), |t| t.point) {
-                return Some(stencil.lengths[term].rest);
+            if let Ok(term) = stencil.terms.lengths.binary_search_by_key(&(point as u32), |t| t.point) {
+                return Some(stencil.terms.lengths[term].rest);
             }
         }
     }

@@ -4,23 +4,69 @@ use super::{Mode, Scene};
 use crate::ids::FaceId;
 use crate::mesh::{Join, StitchMesh};
 use crate::template::{Place, Template};
+use std::sync::OnceLock;
 
 /// No second slot: the point belongs to one face only.
 pub const NO_SLOT: u32 = u32::MAX;
 
-/// The yarns of a scene: for each control point, the slot or two where faces put it.
+/// The yarns of a scene, and where the strands of faces lie in them.
 #[derive(Clone, Debug, Default)]
 pub struct Yarns {
-    /// `[yarn + 1]` yarn i is `slots[offsets[i] .. offsets[i + 1]]`.
+    /// `[yarn + 1]` yarn i is the control points `offsets[i] .. offsets[i + 1]`.
     pub offsets: Vec<u32>,
     /// `[yarn]` closed yarns do not repeat their first point.
     pub closed: Vec<bool>,
-    /// `[point]` slots: the owner's (of the face with the lower index) first, then `NO_SLOT` or that of
-    /// the other face; the point is the mean of both.
-    pub slots: Vec<[u32; 2]>,
+    /// Strands of all faces in batch order.
+    pub strands: Vec<StrandPlace>,
+    /// `[seam]` control points that two faces share: each is the mean of what they say.
+    pub seams: Vec<u32>,
+    /// See [`Scene::point_slots`].
+    pub(super) slots: OnceLock<Vec<[u32; 2]>>,
+}
+
+/// Where a strand lies in its yarn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StrandPlace {
+    /// Control point of the strand's point 0, were the yarn unrolled; the top bit is set where the yarn runs against
+    /// the strand.
+    start: u32,
+    /// Where its first and its last point go: a control point, or with the top bit set 2 x seam + side.
+    ends: [u32; 2],
+}
+
+const TOP: u32 = 1 << 31;
+
+/// Where the end of a strand goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StrandEnd {
+    /// A control point of its own.
+    Point(u32),
+    /// 2 x seam + side; side 0 is that of the owner, the face with the lower index.
+    Seam(u32),
+}
+
+impl StrandPlace {
+    /// The control point of the strand's point `i`, not one at its ends.
+    #[inline(always)]
+    pub fn inner(self, i: u32) -> u32 {
+        let start = self.start & !TOP;
+        if self.start & TOP == 0 { start.wrapping_add(i) } else { start.wrapping_sub(i) }
+    }
+
+    /// Where the first (0) or the last (1) point goes.
+    #[inline(always)]
+    pub fn end(self, end: usize) -> StrandEnd {
+        let place = self.ends[end];
+        if place & TOP == 0 { StrandEnd::Point(place) } else { StrandEnd::Seam(place & !TOP) }
+    }
 }
 
 impl Yarns {
+    /// Number of control points.
+    pub fn point_count(&self) -> usize {
+        self.offsets.last().map_or(0, |n| *n as usize)
+    }
+
     /// Number of yarns.
     pub fn len(&self) -> usize {
         self.closed.len()
@@ -82,13 +128,14 @@ impl Strands<'_> {
         self.first.partition_point(|f| *f <= strand) - 1
     }
 
-    /// First slot and number of points of a strand.
-    fn slots(&self, strand: u32, face: usize) -> (u32, u32) {
-        let (stencil, first_slot) =
-            self.scene.face_stencil(FaceId::from(face)).expect("faces with strands are kept");
+    /// Place of a strand in batch order, and its number of points.
+    fn place(&self, strand: u32, face: usize) -> (usize, u32) {
+        let at = self.scene.face_places[face];
+        let batch = &self.scene.batches[at.batch as usize];
+        let offsets = &self.scene.stencils[batch.stencil].strand_offsets;
         let s = (strand - self.first[face]) as usize;
-        let [begin, end] = [0, 1].map(|k| stencil.strand_offsets[s + k]);
-        ((first_slot + begin) as u32, (end - begin) as u32)
+        let place = batch.first_strand + at.index as usize * (offsets.len() - 1) + s;
+        (place, (offsets[s + 1] - offsets[s]) as u32)
     }
 }
 
@@ -143,7 +190,11 @@ fn link(
 }
 
 fn walk(strands: &Strands, links: &[u32], count: u32) -> Yarns {
-    let mut yarns = Yarns { offsets: vec![0], closed: Vec::new(), slots: Vec::new() };
+    let mut yarns = Yarns {
+        offsets: vec![0],
+        strands: vec![StrandPlace::default(); count as usize],
+        ..Yarns::default()
+    };
     let mut seen = vec![false; count as usize];
     let mut path: Vec<u32> = Vec::new();
     for lowest in 0..count {
@@ -186,7 +237,7 @@ fn walk(strands: &Strands, links: &[u32], count: u32) -> Yarns {
         emit(strands, &path, closed, &mut yarns);
     }
     yarns.offsets.shrink_to_fit();
-    yarns.slots.shrink_to_fit();
+    yarns.seams.shrink_to_fit();
     yarns
 }
 
@@ -217,32 +268,75 @@ fn votes(strands: &Strands, path: &[u32]) -> i32 {
 
 /// Appends a yarn: at each link the two boundary points become one.
 fn emit(strands: &Strands, path: &[u32], closed: bool, yarns: &mut Yarns) {
-    let first = yarns.slots.len();
-    let mut last: Option<(u32, usize)> = None;
-    let merge = |a: (u32, usize), b: (u32, usize)| if a.1 <= b.1 { [a.0, b.0] } else { [b.0, a.0] };
-    for enter in path {
-        let strand = enter / 2;
+    let first = yarns.point_count() as u32;
+    let mut next = first;
+    // The strand left last, by which end, and its face.
+    let mut last: Option<(usize, usize, usize)> = None;
+    for (i, enter) in path.iter().enumerate() {
+        let (strand, end) = (enter / 2, (enter % 2) as usize);
         let face = strands.face(strand);
-        let (slot, n) = strands.slots(strand, face);
-        for i in 0..n {
-            let local = if enter % 2 == 0 { i } else { n - 1 - i };
-            let here = (slot + local, face);
-            match last.take().filter(|_| i == 0) {
-                Some(before) => *yarns.slots.last_mut().expect("a strand came before") = merge(before, here),
-                None => yarns.slots.push([here.0, NO_SLOT]),
+        let (place, n) = strands.place(strand, face);
+        let begin = match last {
+            Some(before) => {
+                next -= 1;
+                yarns.join(next, before, (place, end, face));
+                next
             }
-            if i + 1 == n {
-                last = Some(here);
+            None => {
+                yarns.strands[place].ends[end] = next;
+                next
+            }
+        };
+        yarns.strands[place].start = if end == 0 { begin } else { (begin + n - 1) | TOP };
+        yarns.strands[place].ends[1 - end] = begin + n - 1;
+        next = begin + n;
+        last = Some((place, 1 - end, face));
+        if closed && i + 1 == path.len() {
+            // Round to the yarn's first point.
+            next -= 1;
+            let begun = (strands.place(path[0] / 2, strands.face(path[0] / 2)).0, (path[0] % 2) as usize);
+            yarns.join(first, (place, 1 - end, face), (begun.0, begun.1, strands.face(path[0] / 2)));
+        }
+    }
+    yarns.offsets.push(next);
+    yarns.closed.push(closed);
+}
+
+impl Yarns {
+    /// Makes a control point the seam of two strands' ends, each given as (strand, end, face).
+    fn join(&mut self, point: u32, a: (usize, usize, usize), b: (usize, usize, usize)) {
+        let seam = self.seams.len() as u32;
+        self.seams.push(point);
+        let (owner, other) = if a.2 <= b.2 { (a, b) } else { (b, a) };
+        for (side, (strand, end, _)) in [(0, owner), (1, other)] {
+            self.strands[strand].ends[end] = TOP | (2 * seam + side);
+        }
+    }
+}
+
+/// `[point]` the slots of control points: the owner's first, then that of the other face or [`NO_SLOT`].
+pub(super) fn point_slots(scene: &Scene) -> Vec<[u32; 2]> {
+    let yarns = &scene.yarns;
+    let mut slots = vec![[NO_SLOT; 2]; yarns.point_count()];
+    for batch in &scene.batches {
+        let stencil = &scene.stencils[batch.stencil];
+        let count = stencil.strand_offsets.len() - 1;
+        for (i, place) in yarns.strands[batch.first_strand..][..batch.faces.len() * count].iter().enumerate() {
+            let (face, s) = (i / count, i % count);
+            let [begin, end] = [0, 1].map(|k| stencil.strand_offsets[s + k]);
+            let first = batch.first_slot + face * stencil.points.len() + begin;
+            for k in 0..end - begin {
+                let slot = (first + k) as u32;
+                let at_end = [0, end - begin - 1].iter().position(|e| *e == k).map(|e| place.end(e));
+                match at_end {
+                    None => slots[place.inner(k as u32) as usize][0] = slot,
+                    Some(StrandEnd::Point(point)) => slots[point as usize][0] = slot,
+                    Some(StrandEnd::Seam(side)) => {
+                        slots[yarns.seams[side as usize / 2] as usize][side as usize % 2] = slot;
+                    }
+                }
             }
         }
     }
-    if closed && let Some(end) = last {
-        yarns.slots.pop();
-        let begin = yarns.slots[first];
-        // A closed yarn's first point is unmerged so far: its owner is the first strand's face.
-        let face = strands.face(path[0] / 2);
-        yarns.slots[first] = merge(end, (begin[0], face));
-    }
-    yarns.offsets.push(yarns.slots.len() as u32);
-    yarns.closed.push(closed);
+    slots
 }

@@ -2,9 +2,11 @@
 
 mod chain;
 mod stencil;
+mod terms;
 
-pub use chain::{NO_SLOT as NO_SECOND_SLOT, Yarns};
-pub use stencil::{NO_SLOT, Role, Stencil, StencilPoint, Term};
+pub use chain::{NO_SLOT as NO_SECOND_SLOT, StrandEnd, StrandPlace, Yarns};
+pub use stencil::{Role, Stencil, StencilPoint};
+pub use terms::{NOT_OWN, OwnCosine, OwnLength, Term, Terms};
 
 use crate::ids::{FaceId, TemplateId};
 use crate::mesh::corners::CornerGroups;
@@ -60,6 +62,8 @@ pub struct Batch {
     pub corners: Vec<u32>,
     /// Slot of the first point of face 0 of the batch.
     pub first_slot: usize,
+    /// First strand of face 0 of the batch.
+    pub first_strand: usize,
     /// First knot of face 0 of the batch, in batch order.
     pub first_knot: usize,
     /// Number of faces in the batches before.
@@ -114,8 +118,10 @@ pub struct Scene {
     /// Corners joined into places of the fabric; none with Wachspress coordinates, where each face is
     /// on its own.
     pub corner_groups: Option<CornerGroups>,
-    /// Total number of slots: places where face-local points are put.
+    /// Total number of slots: points of all faces, a face's side by side.
     pub slot_count: usize,
+    /// Total number of strands.
+    pub strand_count: usize,
     /// Total number of knots.
     pub knot_count: usize,
     /// Number of faces that are not left out.
@@ -169,6 +175,7 @@ impl Scene {
             face_vertices: mesh.face_vertices.iter().map(|v| v.0).collect(),
             corner_groups: (options.coordinates == Coordinates::MeanValue).then(|| CornerGroups::new(mesh)),
             slot_count: 0,
+            strand_count: 0,
             knot_count: 0,
             face_count: 0,
             yarns: Yarns::default(),
@@ -212,14 +219,16 @@ impl Scene {
             faces: faces.into_iter().map(|(face, _)| face).collect(),
             corners,
             first_slot: self.slot_count,
+            first_strand: self.strand_count,
             first_knot: self.knot_count,
             first_face: self.face_count,
         };
         let slots = self.slot_count + batch.faces.len() * stencil.points.len();
-        if slots > (u32::MAX - 1) as usize {
-            return Err(Error::invalid("more than 4,294,967,294 points: split the mesh"));
+        if slots > (i32::MAX - 1) as usize {
+            return Err(Error::invalid("more than 2,147,483,646 points: split the mesh"));
         }
         self.slot_count = slots;
+        self.strand_count += batch.faces.len() * (stencil.strand_offsets.len() - 1);
         self.face_count += batch.faces.len();
         self.knot_count += batch.faces.len() * stencil.knot_count();
         self.batches.push(batch);
@@ -300,6 +309,12 @@ impl Scene {
             .collect();
         crossings.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         crossings.get(rank as usize).map(|(.., i)| (first_slot + i) as u32)
+    }
+
+    /// `[point]` the slots of control points: the owner's (of the face with the lower index) first, then
+    /// [`NO_SECOND_SLOT`] or that of the other face. Made when first asked for.
+    pub fn point_slots(&self) -> &[[u32; 2]] {
+        self.yarns.slots.get_or_init(|| chain::point_slots(self))
     }
 
     /// Whether a face is left out for want of a template.

@@ -1,7 +1,8 @@
 //! A template compiled for the kernels: weights, gradients, rest values and the terms of the energy.
 
 use super::Mode;
-use crate::math::{Real, V2};
+use super::terms::Terms;
+use crate::math::{Scalar, V2};
 use crate::template::coordinates::{Coordinates, edge_weights, weights};
 use crate::template::{Place, Strand, Template};
 use glam::DVec2;
@@ -44,26 +45,6 @@ pub struct StencilPoint<T> {
     pub z: T,
 }
 
-/// The points and knots that a residual depends on: `slot[i]` is the place of point i's knot in `knots`.
-#[derive(Clone, Copy, Debug)]
-pub struct Term<T> {
-    /// The first of the residual's consecutive points.
-    pub point: u32,
-    /// The first of the residual's segments.
-    pub segment: u32,
-    /// The value at rest: a length (template units) or a cosine.
-    pub rest: T,
-    /// Distinct knots, `knot_count` of them.
-    pub knots: [u32; 3],
-    /// How many.
-    pub knot_count: u32,
-    /// `[point]` place in `knots`, or `NO_SLOT`.
-    pub slot: [u32; 3],
-}
-
-/// Marks a point without a knot in [`Term::slot`].
-pub const NO_SLOT: u32 = u32::MAX;
-
 /// A template compiled for one mode and one kind of coordinates. All lengths in template units.
 #[derive(Clone, Debug)]
 pub struct Stencil<T> {
@@ -89,10 +70,8 @@ pub struct Stencil<T> {
     pub rest_spread: T,
     /// r.
     pub yarn_radius: T,
-    /// One per segment; `rest` is the length.
-    pub lengths: Vec<Term<T>>,
-    /// One per pair of consecutive segments; `rest` is the cosine.
-    pub cosines: Vec<Term<T>>,
+    /// The residuals of the energy.
+    pub terms: Terms<T>,
 }
 
 impl Stencil<f64> {
@@ -117,8 +96,7 @@ impl Stencil<f64> {
             knot_gradients: Vec::new(),
             rest_spread: spread(knots.iter().map(|k| k.center)),
             yarn_radius: template.yarn_radius,
-            lengths: Vec::new(),
-            cosines: Vec::new(),
+            terms: Terms::default(),
         };
         for knot in knots {
             let (w, g) = weights(coordinates, corners, knot.center);
@@ -153,55 +131,19 @@ impl Stencil<f64> {
         }
         self.strand_offsets.push(self.points.len());
 
-        let first_segment = self.lengths.len();
-        let segments: Vec<_> = rest.windows(2).map(|p| p[1] - p[0]).collect();
-        for (i, segment) in segments.iter().enumerate() {
-            let term = self.term(first + i, 2, first_segment + i, segment.length());
-            self.lengths.push(term);
-        }
-        for (i, pair) in segments.windows(2).enumerate() {
-            let lengths = pair[0].length() * pair[1].length();
-            let cosine = if lengths > 0.0 { pair[0].dot(pair[1]) / lengths } else { 0.0 };
-            let term = self.term(first + i, 3, first_segment + i, cosine);
-            self.cosines.push(term);
-        }
-    }
-
-    fn term(&self, point: usize, count: usize, segment: usize, rest: f64) -> Term<f64> {
-        let (mut knots, mut knot_count, mut slot) = ([0; 3], 0, [NO_SLOT; 3]);
-        for (i, p) in self.points[point..point + count].iter().enumerate() {
-            if !matches!(p.role, Role::Contact | Role::Control) {
-                continue;
-            }
-            let known = knots[..knot_count].iter().position(|k| *k == p.knot);
-            slot[i] = known.unwrap_or(knot_count) as u32;
-            if known.is_none() {
-                knots[knot_count] = p.knot;
-                knot_count += 1;
-            }
-        }
-        Term {
-            point: point as u32,
-            segment: segment as u32,
-            rest,
-            knots,
-            knot_count: knot_count as u32,
-            slot,
-        }
+        self.terms.add_strand(
+            &self.points,
+            first,
+            &rest,
+            &self.knot_half_length,
+            template.yarn_radius,
+        );
     }
 
     /// The same stencil in another precision.
-    pub fn cast<T: Real>(&self) -> Stencil<T> {
+    pub fn cast<T: Scalar>(&self) -> Stencil<T> {
         let vector = |v: &V2<f64>| V2::new(T::of(v.u), T::of(v.v));
         let scalars = |v: &[f64]| v.iter().map(|x| T::of(*x)).collect::<Vec<_>>();
-        let term = |t: &Term<f64>| Term {
-            point: t.point,
-            segment: t.segment,
-            rest: T::of(t.rest),
-            knots: t.knots,
-            knot_count: t.knot_count,
-            slot: t.slot,
-        };
         Stencil {
             corner_count: self.corner_count,
             points: self
@@ -218,8 +160,7 @@ impl Stencil<f64> {
             knot_gradients: self.knot_gradients.iter().map(vector).collect(),
             rest_spread: T::of(self.rest_spread),
             yarn_radius: T::of(self.yarn_radius),
-            lengths: self.lengths.iter().map(term).collect(),
-            cosines: self.cosines.iter().map(term).collect(),
+            terms: self.terms.cast(),
         }
     }
 }

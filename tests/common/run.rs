@@ -35,7 +35,7 @@ impl<T: Scalar> Run<T> {
     /// World positions by (face, point within the face's template).
     pub fn by_face(&self) -> HashMap<(u32, usize), DVec3> {
         let mut map = HashMap::new();
-        for (point, slots) in self.scene.yarns.slots.iter().enumerate() {
+        for (point, slots) in self.scene.point_slots().iter().enumerate() {
             for slot in slots.iter().filter(|s| **s != NO_SECOND_SLOT) {
                 let (batch, index, local) = self.scene.slot_place(*slot);
                 map.insert((batch.faces[index].0, local), self.output.world(point));

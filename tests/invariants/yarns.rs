@@ -21,7 +21,7 @@ fn continuity<T: Scalar>(seed: u64) {
         let slots = run.backend.slots();
         let tolerance = if std::mem::size_of::<T>() == 4 { 1e-5 } else { 1e-12 };
         let mut shared = 0;
-        for [a, b] in &run.scene.yarns.slots {
+        for [a, b] in &run.scene.point_slots() {
             if *b != NO_SECOND_SLOT {
                 let gap = (slots[*a as usize] - slots[*b as usize]).to_f64().length();
                 assert!(gap < tolerance, "the two sides of a shared point lie {gap} apart");

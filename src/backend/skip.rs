@@ -1,0 +1,76 @@
+//! What a frame leaves undone because its result is known.
+
+use crate::math::{Scalar, V2};
+
+/// Work to skip where that does not change the result by more than its bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Skip {
+    /// Faces whose corners and normals are, to the bit, where they were: nothing is done. Changes nothing.
+    pub unmoved: bool,
+    /// Faces of the shape they were last solved for, wherever they moved to: only lifted.
+    pub rigid: bool,
+    /// Faces of their template's own shape: only lifted.
+    pub rest: bool,
+    /// Faces of the shape of the first face of their type: they take its knots over.
+    pub shared: bool,
+    /// Shapes are the same where no corner is off by more than this in the face frame, along either axis; yarn radii.
+    pub tolerance: f64,
+}
+
+impl Skip {
+    /// Skips nothing.
+    pub const NOTHING: Self =
+        Self { unmoved: false, rigid: false, rest: false, shared: false, tolerance: 0.0 };
+}
+
+impl Default for Skip {
+    fn default() -> Self {
+        Self { unmoved: true, rigid: true, rest: true, shared: true, tolerance: 1e-3 }
+    }
+}
+
+/// How many faces of a frame were not solved, and why; the rest was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Skipped {
+    /// Not visible: nothing was done.
+    pub hidden: usize,
+    /// Nothing around them moved: nothing was done.
+    pub unmoved: usize,
+    /// Without knots, or a mode that does not solve: interpolated.
+    pub without_knots: usize,
+    /// Of the shape they were last solved for: lifted.
+    pub rigid: usize,
+    /// Of their template's own shape: lifted.
+    pub rest: usize,
+    /// Of the shape of the first face of their type: lifted.
+    pub shared: usize,
+}
+
+impl std::ops::Add for Skipped {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            hidden: self.hidden + other.hidden,
+            unmoved: self.unmoved + other.unmoved,
+            without_knots: self.without_knots + other.without_knots,
+            rigid: self.rigid + other.rigid,
+            rest: self.rest + other.rest,
+            shared: self.shared + other.shared,
+        }
+    }
+}
+
+/// A shape and what its solve gave.
+#[derive(Clone, Debug)]
+pub struct Known<T> {
+    /// `[corner]` in the face frame.
+    pub shape: Vec<V2<T>>,
+    pub state: Vec<crate::knot::KnotState<T>>,
+    pub result: crate::knot::FaceResult<T>,
+}
+
+/// Whether no corner of two shapes is apart by more than `tolerance` along either axis.
+#[inline(always)]
+pub(super) fn same<T: Scalar>(a: impl Iterator<Item = V2<T>>, b: &[V2<T>], tolerance: T) -> bool {
+    a.zip(b).all(|(a, b)| (a.u - b.u).abs() <= tolerance && (a.v - b.v).abs() <= tolerance)
+}

@@ -1,0 +1,141 @@
+//! The surface of a frame: places in template units, normals around corners, and what of them changed.
+
+use crate::math::{Real, Scalar, V3};
+use crate::scene::Scene;
+use crate::{Error, Result};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+const CHUNK: usize = 4096;
+
+/// Places and normals of the last frame.
+#[derive(Debug, Default)]
+pub struct Surface<T> {
+    origin: Option<DVec3>,
+    /// `[vertex]` template units, relative to the origin.
+    pub local: Vec<V3<T>>,
+    /// `[face]` vector areas.
+    pub areas: Vec<V3<T>>,
+    /// `[corner group]` sums of the vector areas around it; none where each face is on its own.
+    pub normals: Vec<V3<T>>,
+    /// `[vertex]` whether it moved since the frame before.
+    pub moved: Vec<bool>,
+    /// `[face]` whether its area changed.
+    pub bent: Vec<bool>,
+    /// `[corner group]` whether its normal changed.
+    pub turned: Vec<bool>,
+}
+
+impl<T: Scalar> Surface<T> {
+    /// World position that places are relative to.
+    pub fn origin(&self) -> DVec3 {
+        self.origin.unwrap_or(DVec3::ZERO)
+    }
+
+    /// Takes a frame's positions; says whether anything moved.
+    pub fn update(&mut self, scene: &Scene, positions: &[DVec3]) -> Result<bool> {
+        if positions.len() != scene.vertex_count {
+            return Err(Error::invalid(format_args!(
+                "a frame of {} positions, expected {} as the mesh has vertices",
+                positions.len(),
+                scene.vertex_count
+            )));
+        }
+        if let Some(vertex) = positions.iter().position(|p| !p.is_finite()) {
+            return Err(Error::invalid(format_args!(
+                "vertex {vertex} (counted from 0) at {}, expected finite coordinates",
+                positions[vertex]
+            )));
+        }
+        let first = self.local.is_empty();
+        let origin = *self.origin.get_or_insert_with(|| middle(positions));
+        self.local.resize(positions.len(), V3::zero());
+        self.moved.resize(positions.len(), false);
+        let (scale, any) = (1.0 / scene.gauge, AtomicBool::new(first));
+        // Beyond this, face-local differences could overflow; such faces fall back anyway.
+        let limit = DVec3::splat(if std::mem::size_of::<T>() == 4 { 1e37 } else { 1e300 });
+        let chunks = self.local.par_chunks_mut(CHUNK).zip(self.moved.par_chunks_mut(CHUNK));
+        chunks.zip(positions.par_chunks(CHUNK)).for_each(|((local, moved), positions)| {
+            let mut some = false;
+            for ((l, moved), p) in local.iter_mut().zip(moved).zip(positions) {
+                let new = V3::of(((*p - origin) * scale).clamp(-limit, limit));
+                *moved = first || new != *l;
+                *l = new;
+                some |= *moved;
+            }
+            if some {
+                any.store(true, Relaxed);
+            }
+        });
+        let any = any.into_inner();
+        if any {
+            self.turn(scene, first);
+        }
+        Ok(any)
+    }
+
+    /// Vector areas of all faces, and their sums around corners (model section 3).
+    fn turn(&mut self, scene: &Scene, first: bool) {
+        let (local, moved) = (&self.local, &self.moved);
+        self.areas.resize(scene.face_places.len(), V3::zero());
+        self.bent.resize(scene.face_places.len(), false);
+        let chunks = self.areas.par_chunks_mut(CHUNK).zip(self.bent.par_chunks_mut(CHUNK));
+        chunks.enumerate().for_each(|(chunk, (areas, bent))| {
+            for (i, (area, bent)) in areas.iter_mut().zip(bent).enumerate() {
+                let face = chunk * CHUNK + i;
+                let range = scene.face_offsets[face] as usize..scene.face_offsets[face + 1] as usize;
+                let vertices = &scene.face_vertices[range];
+                *bent = first || vertices.iter().any(|v| moved[*v as usize]);
+                if *bent {
+                    *area = vector_area(vertices, local);
+                }
+            }
+        });
+        let Some(groups) = &scene.corner_groups else { return };
+        let (areas, bent) = (&self.areas, &self.bent);
+        self.normals.resize(groups.len(), V3::zero());
+        self.turned.resize(groups.len(), false);
+        let chunks = self.normals.par_chunks_mut(CHUNK).zip(self.turned.par_chunks_mut(CHUNK));
+        chunks.enumerate().for_each(|(chunk, (normals, turned))| {
+            for (i, (normal, turned)) in normals.iter_mut().zip(turned).enumerate() {
+                let group = chunk * CHUNK + i;
+                let [begin, end] = [0, 1].map(|k| groups.offsets[group + k] as usize);
+                let faces = &groups.faces[begin..end];
+                *turned = faces.iter().any(|f| bent[*f as usize]);
+                if *turned {
+                    *normal = faces.iter().fold(V3::zero(), |sum, f| sum + areas[*f as usize]);
+                }
+            }
+        });
+    }
+}
+
+/// The vector area of a polygon; zero for one so thin that it has no frame either (see
+/// [`crate::knot::frame::face_frame`]) or not finite, so that a bad face spoils no neighbour's normal.
+fn vector_area<T: Real>(vertices: &[u32], local: &[V3<T>]) -> V3<T> {
+    let first = local[vertices[0] as usize];
+    let (mut sum, mut size) = (V3::zero(), T::zero());
+    for pair in vertices[1..].windows(2) {
+        let (a, b) = (local[pair[0] as usize] - first, local[pair[1] as usize] - first);
+        sum = sum + a.cross(b);
+        size += a.dot(a) + b.dot(b);
+    }
+    let area = sum * T::of(0.5);
+    let wide = T::and((T::of(1e-6) * size).lt(area.length()), size.finite());
+    V3::select(T::and(wide, area.finite()), area, V3::zero())
+}
+
+/// The median position, coordinate by coordinate, of a regular sample: in the midst of the mesh even when some
+/// vertices are far off.
+fn middle(positions: &[DVec3]) -> DVec3 {
+    const SAMPLE: usize = 1024;
+    let every = positions.len().div_ceil(SAMPLE).max(1);
+    let median = |axis: usize| {
+        let mut values: Vec<f64> = positions.iter().step_by(every).map(|p| p[axis]).collect();
+        let half = values.len() / 2;
+        values.sort_by(f64::total_cmp);
+        values.get(half).copied().unwrap_or(0.0)
+    };
+    DVec3::new(median(0), median(1), median(2))
+}
