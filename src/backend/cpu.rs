@@ -1,7 +1,7 @@
 //! The CPU backend: rayon over chunks of each batch.
 
 use super::{Backend, FrameOutput};
-use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start, Status, Workspace};
+use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start, Status, Workspace, lift};
 use crate::math::{Real, V3};
 use crate::scene::{NO_SECOND_SLOT, Scene};
 use crate::{Error, Result};
@@ -86,12 +86,6 @@ impl<T: Real<Mask = bool>> CpuBackend<T> {
                 self.scene.vertex_count
             )));
         }
-        if let Some(vertex) = positions.iter().position(|p| !p.is_finite()) {
-            return Err(Error::invalid(format_args!(
-                "vertex {vertex} (counted from 0) at {}, expected finite coordinates",
-                positions[vertex]
-            )));
-        }
         let origin = *self.origin.get_or_insert_with(|| middle(positions));
         let gauge = self.scene.gauge;
         // Beyond this, face-local differences could overflow; such faces fall back anyway.
@@ -101,7 +95,9 @@ impl<T: Real<Mask = bool>> CpuBackend<T> {
             |(local, positions)| {
                 for (l, p) in local.iter_mut().zip(positions) {
                     let scaled = (*p - origin) / gauge;
-                    *l = V3::of(scaled.clamp(DVec3::splat(-limit), DVec3::splat(limit)));
+                    let clamped = scaled.clamp(DVec3::splat(-limit), DVec3::splat(limit));
+                    // One that is not finite is marked, for clamping would make it so.
+                    *l = V3::of(if p.is_finite() { clamped } else { DVec3::NAN });
                 }
             },
         );
@@ -160,9 +156,14 @@ impl<T: Real<Mask = bool>> CpuBackend<T> {
                 for (i, result) in results.iter_mut().enumerate() {
                     let index = chunk * CHUNK + i;
                     let corners = &batch.corners[index * n..(index + 1) * n];
-                    let first = local[corners[0] as usize];
+                    let stand_in = stand_in(corners, local);
+                    let place = |vertex: u32| match stand_in {
+                        Some(middle) if !local[vertex as usize].finite() => middle,
+                        _ => local[vertex as usize],
+                    };
+                    let first = place(corners[0]);
                     for (c, vertex) in corners.iter().enumerate() {
-                        work.corners[c] = local[*vertex as usize] - first;
+                        work.corners[c] = place(*vertex) - first;
                         work.normals[c] = match &scene.corner_groups {
                             Some(groups) => normals[groups.of_vertex[*vertex as usize] as usize],
                             None => areas[batch.faces[index].index()],
@@ -170,6 +171,14 @@ impl<T: Real<Mask = bool>> CpuBackend<T> {
                     }
                     let points = &mut slots[i * p..(i + 1) * p];
                     *result = kernel.run(&mut work, warm, &mut knots[i * k..(i + 1) * k], points);
+                    if stand_in.is_some() {
+                        *result = FaceResult { status: Status::FellBack, ..unsolved() };
+                        knots[i * k..(i + 1) * k].fill(KnotState::default());
+                        for (j, (point, p)) in points.iter_mut().zip(&kernel.stencil.points).enumerate() {
+                            let weights = &kernel.stencil.weights[j * n..(j + 1) * n];
+                            *point = lift::interpolate(weights, &work.corners, &work.normals, p.z);
+                        }
+                    }
                     for point in points {
                         *point = *point + first;
                     }
@@ -241,18 +250,29 @@ fn vector_area<T: Real>(vertices: &[u32], local: &[V3<T>]) -> V3<T> {
     V3::select(T::and(wide, area.finite()), area, V3::zero())
 }
 
+/// Where corners of a face that are not finite are put, if there are any: at the mean of the others, or at the
+/// origin if there are none.
+fn stand_in<T: Real<Mask = bool>>(corners: &[u32], local: &[V3<T>]) -> Option<V3<T>> {
+    let finite = || corners.iter().map(|v| local[*v as usize]).filter(|x| x.finite());
+    let count = finite().count();
+    // Shares are summed, for a sum of far corners could overflow.
+    let share = T::one() / T::of(count.max(1) as f64);
+    (count < corners.len()).then(|| finite().fold(V3::zero(), |sum, x| sum + x * share))
+}
+
 /// What is reported of a face with nothing to solve.
 fn unsolved<T: Real>() -> FaceResult<T> {
     FaceResult { energy_start: T::zero(), energy: T::zero(), status: Status::Interpolated }
 }
 
 /// The median position, coordinate by coordinate, of a regular sample: in the midst of the mesh even when some
-/// vertices are far off.
+/// vertices are far off or not finite.
 fn middle(positions: &[DVec3]) -> DVec3 {
     const SAMPLE: usize = 1024;
     let every = positions.len().div_ceil(SAMPLE).max(1);
     let median = |axis: usize| {
         let mut values: Vec<f64> = positions.iter().step_by(every).map(|p| p[axis]).collect();
+        values.retain(|x| x.is_finite());
         let half = values.len() / 2;
         values.sort_by(f64::total_cmp);
         values.get(half).copied().unwrap_or(0.0)
