@@ -1,0 +1,56 @@
+//! How far f32 may be from f64.
+//!
+//! Both see the same corners: they are representable in f32. What remains are the roundings of the operations.
+//! With e = 2^-23, X = 1 + the greatest distance of a corner from the first and s the slant of the face frame,
+//! |D|^2 / |D e_u x D e_v| (at least 2, that of a square; a face has a frame up to 1e6):
+//!
+//! - **Interpolated points** are sums of corners, and a shift along a normal: off by a few e (X + their distance
+//!   from the origin), and by z times the error of the normal, e times the face's own slant. Bound:
+//!   [`INTERPOLATED`] of that.
+//! - **Energies.** sqrt(E) is the length of the vector of residuals, so by the triangle inequality the sqrt(E) of
+//!   one and the same state differ by no more than the rounding of the residuals: weights (10 for lengths, 1 for
+//!   cosines, of segments that are r or more) times e X, times s for what the frame's own error moves. Bound:
+//!   |sqrt(E32) - sqrt(E64)| <= [`ENERGY`] e s X max(sqrt(weights)), for the f32 end state as f32 reports it and as
+//!   f64 works it out. As f32 never ends above its own start, its end lies below its start in f64 too, by that
+//!   bound. No bound holds for the places of points in general: with several minima, a start on the ridge
+//!   between two goes down on either side.
+//! - **Mild faces** (stretches of 0.8 to 1.25) from the affine start have one minimum within reach: all points are
+//!   within [`MILD_POINTS`] r. A step is undone where f32 cannot see that it lowers E, so places are off by some
+//!   sqrt(e E / weight), not by e.
+
+/// Of e (X + distance), see above.
+pub const INTERPOLATED: f64 = 32.0;
+/// Of e s X sqrt(weight), see above.
+pub const ENERGY: f64 = 64.0;
+/// In r, see above.
+pub const MILD_POINTS: f64 = 0.05;
+/// Distances of points, f32 from f64, whose shares are printed, in r.
+pub const LEVELS: [f64; 6] = [1e-4, 1e-3, 1e-2, 0.1, 1.0, f64::INFINITY];
+
+/// What is known of a face's shape, for the bounds.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Greatest distance of a corner from the first, template units.
+    pub size: f64,
+    /// Greatest distance of a corner from the origin, template units.
+    pub away: f64,
+    /// |D|^2 / |D e_u x D e_v| of the face frame.
+    pub slant: f64,
+    /// Sum of squared sides and diagonals over the vector area.
+    pub area_slant: f64,
+}
+
+const E: f64 = f32::EPSILON as f64;
+
+/// Allowed distance of an interpolated point at height z, template units.
+pub fn interpolated(shape: &Shape, z: f64) -> f64 {
+    let normal = (INTERPOLATED * E * shape.area_slant).min(2.0);
+    // Near the limit of 1e6 the normal may be zero in one precision only.
+    let normal = if shape.area_slant < 1e5 { normal } else { 2.0 };
+    INTERPOLATED * E * (1.0 + shape.size + shape.away) + z.abs() * normal
+}
+
+/// Allowed difference of the square roots of energies; `weight` is the greater of the two weights.
+pub fn energy(shape: &Shape, weight: f64) -> f64 {
+    ENERGY * E * shape.slant * (1.0 + shape.size) * weight.sqrt()
+}
