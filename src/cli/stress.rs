@@ -101,7 +101,7 @@ fn listing(report: &Report) -> String {
         let name = if level.is_finite() { format!("to {level:e}") } else { "more".into() };
         text += &format!("{name:>13}");
     });
-    text += "  (share of the faces solved)\n";
+    let _ = writeln!(text, "{:>13}", "one energy");
     for kind in Kind::ALL {
         let counts = report.apart[kind as usize];
         let total: u64 = counts.iter().sum();
@@ -110,7 +110,9 @@ fn listing(report: &Report) -> String {
             let share = 100.0 * count as f64 / total.max(1) as f64;
             let _ = write!(text, "{:>13}", if total == 0 { "-".into() } else { format!("{share:.3} %") });
         }
-        text += "\n";
+        let [total, one] = report.one_energy[kind as usize];
+        let share = 100.0 * one as f64 / total.max(1) as f64;
+        let _ = writeln!(text, "{:>13}", if total == 0 { "-".into() } else { format!("{share:.3} %") });
     }
     text += &findings(report);
     let seconds = report.time.as_secs_f64();

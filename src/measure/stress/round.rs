@@ -6,10 +6,10 @@ use super::variants::{Variant, variants};
 use crate::Result;
 use crate::backend::{Backend, CpuBackend, FrameOutput};
 use crate::ids::{FaceId, TypeId, VertexId};
-use crate::knot::{Settings, Solver, Start};
+use crate::knot::{KnotState, Settings, Solver, Start};
 use crate::math::{Real, V2};
 use crate::mesh::{StitchMesh, StitchType};
-use crate::scene::{Role, Scene, SceneOptions};
+use crate::scene::{Role, Scene, SceneOptions, Stencil};
 use crate::template::{Template, TemplateLibrary};
 use glam::DVec3;
 use std::ops::Range;
@@ -67,7 +67,10 @@ impl<'a> Plan<'a> {
     /// Of a round of a run.
     pub fn new(library: &'a TemplateLibrary, seed: u64, round: u64) -> Self {
         let mut random = random(seed, OF_ROUNDS, round);
-        let leading = random.usize(..library.templates().len());
+        // One with knots: others have nothing to solve.
+        let knotted: Vec<usize> =
+            (0..library.templates().len()).filter(|t| !library.templates()[*t].knots.is_empty()).collect();
+        let leading = knotted[random.usize(..knotted.len())];
         let exponent = 24.0 * random.f64() - 12.0;
         let all = variants();
         let variant = all[(round % all.len() as u64) as usize].clone();
@@ -153,6 +156,7 @@ impl<T: Real<Mask = bool>> Side<T> {
 }
 
 /// What one precision gave for a face.
+#[derive(Clone, Copy)]
 pub struct Seen<'a, T> {
     /// On one thread.
     pub alone: Record<'a, T>,
@@ -163,6 +167,7 @@ pub struct Seen<'a, T> {
 }
 
 /// All that was recorded of a face in a frame.
+#[derive(Clone, Copy)]
 pub struct Face<'a> {
     /// Its place in the run.
     pub place: Place,
@@ -172,6 +177,8 @@ pub struct Face<'a> {
     pub corners: &'a [DVec3],
     /// The template.
     pub template: &'a Template,
+    /// The template, compiled.
+    pub stencil: &'a Stencil<f64>,
     /// f32.
     pub single: Seen<'a, f32>,
     /// f64.
@@ -258,7 +265,7 @@ impl<'a> Round<'a> {
         self.double.frame(&self.positions, &spared)?;
         self.energies[0] = self.judged(|round| {
             let knots = &round.single.alone.output.knots;
-            let wide = |k: &crate::knot::KnotState<f32>| crate::knot::KnotState {
+            let wide = |k: &KnotState<f32>| KnotState {
                 direction: V2::new(k.direction.u.into(), k.direction.v.into()),
                 half_length: k.half_length.into(),
             };
@@ -269,7 +276,7 @@ impl<'a> Round<'a> {
     }
 
     /// `[face]` in batch order: E in f64 of the states given.
-    fn judged(&mut self, states: impl Fn(&Self) -> Vec<crate::knot::KnotState<f64>>) -> Result<Vec<f64>> {
+    fn judged(&mut self, states: impl Fn(&Self) -> Vec<KnotState<f64>>) -> Result<Vec<f64>> {
         self.judge.output.knots = states(self);
         self.judge.frame(&self.positions)?;
         Ok(self.judge.output.faces.iter().map(|f| f.energy_start).collect())
@@ -287,6 +294,7 @@ impl<'a> Round<'a> {
                 kind: self.kinds[i],
                 corners: &self.positions[begin..end],
                 template: self.plan.template(slot),
+                stencil: &self.scene.stencils[self.scene.batches[place.batch as usize].stencil],
                 single: self.seen(&self.single, face),
                 double: self.seen(&self.double, face),
                 energies: [0, 1].map(|k| self.energies[k][at]),

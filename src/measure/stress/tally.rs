@@ -4,13 +4,8 @@ use super::checks::{self, Check, Record};
 use super::precision::{self, LEVELS, Shape};
 use super::round::{Face, Plan, Seen};
 use super::shapes::Kind;
-use crate::knot::frame::gradient;
 use crate::knot::{Solver, Start, Status};
-use crate::math::{Real, V3};
-use crate::scene::{Mode, Stencil};
-use crate::template::{Coordinates, Template};
-use glam::DVec3;
-use std::collections::HashMap;
+use crate::math::Real;
 use std::fmt::Write;
 use std::time::Duration;
 
@@ -47,12 +42,13 @@ pub struct Report {
     pub outcomes: [[[u64; Status::ALL.len()]; Kind::ALL.len()]; 2],
     /// `[kind][level]` faces solved in both precisions by the greatest distance of their points, see [`LEVELS`].
     pub apart: [[u64; LEVELS.len()]; Kind::ALL.len()],
+    /// `[kind]` of those, by the safeguarded solver: how many there are, and how many end at one energy.
+    pub one_energy: [[u64; 2]; Kind::ALL.len()],
     /// Time taken.
     pub time: Duration,
     /// A face run alone, in words.
     pub description: String,
     tallies: [Tally; Check::ALL.len()],
-    frames: HashMap<String, Stencil<f64>>,
 }
 
 impl Report {
@@ -61,12 +57,12 @@ impl Report {
         Self {
             seed,
             faces: 0,
-            outcomes: [[[0; 7]; 14]; 2],
-            apart: [[0; 6]; 14],
+            outcomes: Default::default(),
+            apart: Default::default(),
+            one_energy: Default::default(),
             time: Duration::ZERO,
             description: String::new(),
             tallies: Default::default(),
-            frames: HashMap::new(),
         }
     }
 
@@ -103,11 +99,11 @@ impl Report {
     /// Checks and counts a face.
     pub fn add(&mut self, plan: &Plan, face: &Face) {
         self.faces += 1;
-        let shape = self.shape(face.template, face.corners, plan.gauge);
+        let shape = Shape::of(face.stencil, face.corners, plan.gauge);
         self.side(0, plan, face, &face.single, &shape);
         self.side(1, plan, face, &face.double, &shape);
         self.check(Check::Panic, face.place.number(), || None);
-        if let Some(shape) = shape {
+        if let Some(shape) = shape.filter(Shape::comparable) {
             self.compare(plan, face, &shape);
         }
     }
@@ -156,11 +152,10 @@ impl Report {
             return;
         }
         let off = |i: usize| single.points[i].to_f64().distance(double.points[i].to_f64());
-        for (i, height) in face.heights.iter().enumerate() {
-            if let Some(z) = height {
-                let bound = precision::interpolated(shape, *z);
-                self.bound(Check::Interpolated, number, off(i), bound, "template units apart");
-            }
+        let interpolated = face.heights.iter().enumerate().filter_map(|(i, z)| Some((i, (*z)?)));
+        let pairs = interpolated.map(|(i, z)| (off(i), precision::interpolated(shape, z)));
+        if let Some((off, bound)) = pairs.max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1))) {
+            self.bound(Check::Interpolated, number, off, bound, "template units apart");
         }
         if !(single.solved() && double.solved()) {
             return;
@@ -173,36 +168,17 @@ impl Report {
         }
         self.check(Check::Energy, number, || checks::energy(double, face.energies[1]));
         let roots = (f64::from(single.result.energy).sqrt() - face.energies[0].sqrt()).abs();
-        let bound = precision::energy(shape, settings.weight_angle.max(settings.weight_length));
+        let half_length = single.knots.iter().map(|k| f64::from(k.half_length)).fold(0.0, f64::max);
+        let bound = precision::energy(shape, half_length, settings.weight_angle.max(settings.weight_length));
         self.bound(Check::SingleEnergy, number, roots, bound, "sqrt(E) off by");
+        let [single_end, double_end] = face.energies;
+        let one = (single_end - double_end).abs() <= precision::ONE_ENERGY * (1.0 + double_end);
+        let counts = &mut self.one_energy[face.kind as usize];
+        counts[0] += 1;
+        counts[1] += u64::from(one);
         if face.kind == Kind::Mild && settings.start == Start::Affine {
             self.bound(Check::Mild, number, apart, precision::MILD_POINTS, "r apart");
         }
-    }
-
-    /// What the bounds need of a face; nothing where a corner is not finite.
-    fn shape(&mut self, template: &Template, corners: &[DVec3], gauge: f64) -> Option<Shape> {
-        let key = template.key();
-        let stencil = self
-            .frames
-            .entry(key)
-            .or_insert_with(|| Stencil::new(template, Mode::Relax, Coordinates::MeanValue));
-        if corners.iter().any(|p| !p.is_finite()) {
-            return None;
-        }
-        let local: Vec<DVec3> = corners.iter().map(|p| *p / gauge).collect();
-        let size = local.iter().map(|p| p.distance(local[0])).fold(0.0, f64::max);
-        let away = local.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
-        let off: Vec<V3<f64>> = local.iter().map(|p| V3::of(*p - local[0])).collect();
-        let (a, b) = gradient(&stencil.frame_gradients, &off);
-        let slant = (a.dot(a) + b.dot(b)) / a.cross(b).length();
-        let (mut area, mut sides) = (V3::zero(), 0.0);
-        for pair in off[1..].windows(2) {
-            area = area + pair[0].cross(pair[1]) * 0.5;
-            sides += pair[0].dot(pair[0]) + pair[1].dot(pair[1]);
-        }
-        let finite = |x: f64| if x.is_finite() { x } else { f64::INFINITY };
-        Some(Shape { size, away, slant: finite(slant), area_slant: finite(sides / area.length()) })
     }
 
     /// Puts a face into words.
