@@ -9,9 +9,10 @@
 //!   [`INTERPOLATED`] of that.
 //! - **Energies.** sqrt(E) is the length of the vector of residuals, so by the triangle inequality the sqrt(E) of
 //!   one and the same state differ by no more than the rounding of the residuals: weights (10 for lengths, 1 for
-//!   cosines, of segments that are r or more) times e X, times s for what the frame's own error moves. Bound:
-//!   |sqrt(E32) - sqrt(E64)| <= [`ENERGY`] e s X max(sqrt(weights)), for the f32 end state as f32 reports it and as
-//!   f64 works it out. As f32 never ends above its own start, its end lies below its start in f64 too, by that
+//!   cosines, of segments that are r or more) times e X, times s for what the frame's own error moves; and summing
+//!   some thirty squares rounds sqrt(E) itself by a few e. Bound:
+//!   |sqrt(E32) - sqrt(E64)| <= [`ENERGY`] e (s X max(sqrt(weights)) + sqrt(E)), for the f32 end state as f32 reports
+//!   it and as f64 works it out. As f32 never ends above its own start, its end lies below its start in f64 too, by that
 //!   bound. No bound holds for the places of points in general: with several minima, a start on the ridge
 //!   between two goes down on either side.
 //! - **Mild faces** (stretches of 0.8 to 1.25) from the affine start have one minimum within reach: all points are
@@ -28,7 +29,7 @@ use glam::DVec3;
 
 /// Of e (X + distance), see above.
 pub const INTERPOLATED: f64 = 32.0;
-/// Of e s X sqrt(weight), see above.
+/// Of e (s X sqrt(weight) + sqrt(E)), see above.
 pub const ENERGY: f64 = 16.0;
 /// In r, see above.
 pub const MILD_POINTS: f64 = 0.01;
@@ -95,8 +96,8 @@ pub fn interpolated(shape: &Shape, z: f64) -> f64 {
     INTERPOLATED * E * (1.0 + shape.size + shape.away) + z.abs() * normal
 }
 
-/// Allowed difference of the square roots of energies; `half_length` is the greatest of the knots', `weight` the
-/// greater of the two weights.
-pub fn energy(shape: &Shape, half_length: f64, weight: f64) -> f64 {
-    ENERGY * E * shape.slant * (1.0 + shape.size + half_length) * weight.sqrt()
+/// Allowed difference of the square roots of energies: `root` is that of f64's, `half_length` the greatest of the
+/// knots', `weight` the greater of the two weights.
+pub fn energy(shape: &Shape, half_length: f64, weight: f64, root: f64) -> f64 {
+    ENERGY * E * (shape.slant * (1.0 + shape.size + half_length) * weight.sqrt() + root)
 }

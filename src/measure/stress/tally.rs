@@ -167,9 +167,11 @@ impl Report {
             return;
         }
         self.check(Check::Energy, number, || checks::energy(double, face.energies[1]));
-        let roots = (f64::from(single.result.energy).sqrt() - face.energies[0].sqrt()).abs();
+        let root = face.energies[0].sqrt();
         let half_length = single.knots.iter().map(|k| f64::from(k.half_length)).fold(0.0, f64::max);
-        let bound = precision::energy(shape, half_length, settings.weight_angle.max(settings.weight_length));
+        let weight = settings.weight_angle.max(settings.weight_length);
+        let bound = precision::energy(shape, half_length, weight, root);
+        let roots = (f64::from(single.result.energy).sqrt() - root).abs();
         self.bound(Check::SingleEnergy, number, roots, bound, "sqrt(E) off by");
         let [single_end, double_end] = face.energies;
         let one = (single_end - double_end).abs() <= precision::ONE_ENERGY * (1.0 + double_end);
