@@ -67,7 +67,7 @@ impl Check {
             Check::Threads => "same bytes at 1 and N threads",
             Check::Interpolated => "f32: interpolated points",
             Check::SingleEnergy => "f32: energies",
-            Check::Mild => "f32: points of mild faces",
+            Check::Mild => "f32: points of mild faces, 1 in 1000 free",
         }
     }
 }

@@ -15,9 +15,10 @@
 //!   it and as f64 works it out. As f32 never ends above its own start, its end lies below its start in f64 too, by that
 //!   bound. No bound holds for the places of points in general: with several minima, a start on the ridge
 //!   between two goes down on either side.
-//! - **Mild faces** (stretches of 0.8 to 1.25) from the affine start have one minimum within reach: all points are
-//!   within [`MILD_POINTS`] r. A step is undone where f32 cannot see that it lowers E, so places are off by some
-//!   sqrt(e E / weight), not by e.
+//! - **Mild faces** (stretches of 0.8 to 1.25) from the affine start: all points are within [`MILD_POINTS`] r, for
+//!   all but one face in [`MILD_FACES`]. A step is undone where f32 cannot see that it lowers E, so places are off by
+//!   some sqrt(e E / weight), not by e; and where a step passes by a saddle the two go down on either side of it
+//!   (seen once in 33,630 mild faces, in a purl over two loops: f32 ended at E = 2.10, f64 at 2.25).
 //!
 //! Compared are faces whose area has a square among the normal numbers of f32, [`AREAS`], and whose corners are
 //! within [`REACH`]: beyond, both precisions do not see the same face.
@@ -33,6 +34,8 @@ pub const INTERPOLATED: f64 = 32.0;
 pub const ENERGY: f64 = 16.0;
 /// In r, see above.
 pub const MILD_POINTS: f64 = 0.01;
+/// One face of so many may be further off, see above.
+pub const MILD_FACES: u64 = 1000;
 /// Areas of faces that are compared, template units.
 pub const AREAS: std::ops::Range<f64> = 1e-15..1e18;
 /// Distances of corners from the origin that are compared, template units.
