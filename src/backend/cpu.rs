@@ -2,7 +2,7 @@
 
 use super::scatter::Scatter;
 use super::skip::{Known, Skip, Skipped};
-use super::surface::Surface;
+use super::surface::{Surface, stand_in};
 use super::work::{Bench, CHUNK, Chunk, Precision, Task};
 use super::{Backend, FrameOutput};
 use crate::knot::{FaceResult, Given, Kernel, KnotState, Settings, Start, Status, Workspace};
@@ -358,6 +358,9 @@ fn solve_first<T: Precision>(
     let mut work = Workspace::default();
     kernel.fit(&mut work);
     let first = surface.local[corners[0] as usize];
+    if surface.not_finite && stand_in(corners, &surface.local).is_some() {
+        return None;
+    }
     for (i, vertex) in corners.iter().enumerate() {
         work.corners[i] = surface.local[*vertex as usize] - first;
         work.normals[i] = V3::new(T::zero(), T::zero(), T::one());

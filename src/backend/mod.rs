@@ -23,10 +23,11 @@ pub trait Backend<T: Scalar> {
     ///
     /// `positions` are world coordinates, one per vertex of the scene's mesh. The result replaces what is in
     /// `output`, whose memory is reused; faces that did not move are left as they are there, if it holds this
-    /// backend's last frame.
+    /// backend's last frame. Faces with a corner that is not finite fall back, that corner at the mean of the
+    /// others, and take no part in their neighbours' normals; all points are finite.
     ///
     /// # Errors
-    /// Another number of positions than the scene has vertices; a position that is not finite.
+    /// Another number of positions than the scene has vertices.
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()>;
 }
 

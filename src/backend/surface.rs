@@ -19,6 +19,8 @@ pub struct Surface<T> {
     pub areas: Vec<V3<T>>,
     /// `[corner group]` sums of the vector areas around it; none where each face is on its own.
     pub normals: Vec<V3<T>>,
+    /// Whether any place is not finite.
+    pub not_finite: bool,
     /// `[vertex]` whether it moved since the frame before.
     pub moved: Vec<bool>,
     /// `[face]` whether its area changed.
@@ -42,32 +44,34 @@ impl<T: Scalar> Surface<T> {
                 scene.vertex_count
             )));
         }
-        if let Some(vertex) = positions.iter().position(|p| !p.is_finite()) {
-            return Err(Error::invalid(format_args!(
-                "vertex {vertex} (counted from 0) at {}, expected finite coordinates",
-                positions[vertex]
-            )));
-        }
         let first = self.local.is_empty();
         let origin = *self.origin.get_or_insert_with(|| middle(positions));
         self.local.resize(positions.len(), V3::zero());
         self.moved.resize(positions.len(), false);
-        let (scale, any) = (1.0 / scene.gauge, AtomicBool::new(first));
+        let scale = 1.0 / scene.gauge;
+        let (any, not_finite) = (AtomicBool::new(first), AtomicBool::new(false));
         // Beyond this, face-local differences could overflow; such faces fall back anyway.
         let limit = DVec3::splat(if std::mem::size_of::<T>() == 4 { 1e37 } else { 1e300 });
         let chunks = self.local.par_chunks_mut(CHUNK).zip(self.moved.par_chunks_mut(CHUNK));
         chunks.zip(positions.par_chunks(CHUNK)).for_each(|((local, moved), positions)| {
-            let mut some = false;
+            let (mut some, mut marked) = (false, false);
             for ((l, moved), p) in local.iter_mut().zip(moved).zip(positions) {
-                let new = V3::of(((*p - origin) * scale).clamp(-limit, limit));
+                // One that is not finite is marked, for clamping would make it so.
+                let new = if p.is_finite() { ((*p - origin) * scale).clamp(-limit, limit) } else { DVec3::NAN };
+                let new = V3::of(new);
                 *moved = first || new != *l;
                 *l = new;
                 some |= *moved;
+                marked |= new.x.to_f64().is_nan();
             }
             if some {
                 any.store(true, Relaxed);
             }
+            if marked {
+                not_finite.store(true, Relaxed);
+            }
         });
+        self.not_finite = not_finite.into_inner();
         let any = any.into_inner();
         if any {
             self.turn(scene, first);
@@ -127,15 +131,26 @@ fn vector_area<T: Real>(vertices: &[u32], local: &[V3<T>]) -> V3<T> {
 }
 
 /// The median position, coordinate by coordinate, of a regular sample: in the midst of the mesh even when some
-/// vertices are far off.
+/// vertices are far off or not finite.
 fn middle(positions: &[DVec3]) -> DVec3 {
     const SAMPLE: usize = 1024;
     let every = positions.len().div_ceil(SAMPLE).max(1);
     let median = |axis: usize| {
         let mut values: Vec<f64> = positions.iter().step_by(every).map(|p| p[axis]).collect();
+        values.retain(|x| x.is_finite());
         let half = values.len() / 2;
         values.sort_by(f64::total_cmp);
         values.get(half).copied().unwrap_or(0.0)
     };
     DVec3::new(median(0), median(1), median(2))
+}
+
+/// Where corners of a face that are not finite are put, if there are any: at the mean of the others, or at the
+/// origin if there are none.
+pub(super) fn stand_in<T: Scalar>(corners: &[u32], local: &[V3<T>]) -> Option<V3<T>> {
+    let finite = || corners.iter().map(|v| local[*v as usize]).filter(|x| x.finite());
+    let count = finite().count();
+    // Shares are summed, for a sum of far corners could overflow.
+    let share = T::one() / T::of(count.max(1) as f64);
+    (count < corners.len()).then(|| finite().fold(V3::zero(), |sum, x| sum + x * share))
 }

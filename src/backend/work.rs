@@ -2,7 +2,7 @@
 
 use super::scatter::Scatter;
 use super::skip::{Known, Skip, Skipped, same};
-use super::surface::Surface;
+use super::surface::{Surface, stand_in};
 use crate::knot::{Ended, FaceResult, Given, Kernel, KnotState, Start, Status, Workspace};
 use crate::math::{Real, Scalar, V2, V3, Wide, Width};
 use crate::scene::{Batch, Scene, StrandEnd};
@@ -156,8 +156,9 @@ impl<T: Scalar> Chunk<'_, '_, T> {
     #[inline(always)]
     fn group<R: Real<Scalar = T>>(&mut self, work: &mut Workspace<R>, faces: &[u32], skipped: &mut Skipped) {
         let task = self.task;
-        let first = self.load(work, faces);
-        let framed = task.kernel.frame(work);
+        let (first, bad) = self.load(work, faces);
+        let mut framed = task.kernel.frame(work);
+        framed.1 = R::and(framed.1, R::not(bad));
         let mut given = Given::<R>::nothing();
         let (mut solved, mut results) = (R::default(), [None; 64]);
         if task.kernel.solves() {
@@ -199,11 +200,13 @@ impl<T: Scalar> Chunk<'_, '_, T> {
         self.store(work, faces, first);
     }
 
-    /// Fills the lanes' corners and normals; lanes left over repeat the last face. Gives the first corners.
+    /// Fills the lanes' corners and normals; lanes left over repeat the last face. Gives the first corners, and
+    /// which faces have a corner that is not finite.
     #[inline(always)]
-    fn load<R: Real<Scalar = T>>(&self, work: &mut Workspace<R>, faces: &[u32]) -> V3<R> {
+    fn load<R: Real<Scalar = T>>(&self, work: &mut Workspace<R>, faces: &[u32]) -> (V3<R>, R::Mask) {
         let task = self.task;
         let n = task.kernel.stencil.corner_count;
+        let mut bad = R::default();
         for lane in 0..R::LANES {
             let index = self.begin + faces[lane.min(faces.len() - 1)] as usize;
             let corners = &task.batch.corners[index * n..(index + 1) * n];
@@ -218,12 +221,22 @@ impl<T: Scalar> Chunk<'_, '_, T> {
                     },
                 );
             }
+            if task.surface.not_finite
+                && let Some(middle) = stand_in(corners, &task.surface.local)
+            {
+                bad.set_lane(lane, T::one());
+                for (vertex, corner) in corners.iter().zip(&mut work.corners) {
+                    if !task.surface.local[*vertex as usize].finite() {
+                        corner.set_lane(lane, middle);
+                    }
+                }
+            }
         }
         let first = work.corners[0];
         for corner in &mut work.corners {
             *corner = *corner - first;
         }
-        first
+        (first, R::zero().lt(bad))
     }
 
     /// The result of a face whose shape is known, if it is; its knots are put into the lane's state.

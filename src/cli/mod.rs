@@ -1,10 +1,12 @@
-//! Arguments to plain structs, library calls, exit codes: 0 done, 1 done but some faces fell back, 2 error.
+//! Arguments to plain structs, library calls, exit codes: 0 done, 1 done but some faces fell back (or, under
+//! stress, something does not hold), 2 error.
 
 mod convert;
 mod info;
 mod inputs;
 mod relax;
 mod report;
+mod stress;
 mod templates;
 
 use clap::{Parser, Subcommand};
@@ -35,6 +37,8 @@ enum Command {
     Templates(templates::Arguments),
     /// Convert between the curve formats.
     Convert(convert::Arguments),
+    /// Run random faces, far beyond what cloth does, and say whether all holds that must.
+    Stress(stress::Arguments),
 }
 
 /// Where messages for people go.
@@ -62,6 +66,8 @@ impl Console {
 enum Ending {
     Done,
     FellBack,
+    /// Something that must hold does not.
+    Broken,
 }
 
 /// Runs the command line.
@@ -81,10 +87,11 @@ pub fn run() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments).map(|()| Ending::Done),
         Command::Templates(arguments) => templates::run(&arguments).map(|()| Ending::Done),
         Command::Convert(arguments) => convert::run(&arguments, console).map(|()| Ending::Done),
+        Command::Stress(arguments) => stress::run(&arguments, console),
     };
     match result {
         Ok(Ending::Done) => ExitCode::SUCCESS,
-        Ok(Ending::FellBack) => ExitCode::from(1),
+        Ok(Ending::FellBack | Ending::Broken) => ExitCode::from(1),
         Err(error) => {
             complain(error);
             ExitCode::from(2)

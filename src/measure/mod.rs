@@ -1,9 +1,10 @@
 //! Measures of results: how well a mesh fits its library, how near a solve comes to the optimum, how near
-//! yarns come, how far they stretch.
+//! yarns come, how far they stretch, what holds under stress.
 
 pub mod accuracy;
 pub mod clearance;
 pub mod misfit;
+pub mod stress;
 pub mod stretch;
 
 /// The value below which the share `q` of the values lie (the values are reordered); NaN for none.
