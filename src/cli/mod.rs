@@ -3,6 +3,9 @@
 mod convert;
 mod info;
 mod inputs;
+#[cfg(feature = "measure")]
+mod measure;
+mod progress;
 mod relax;
 mod report;
 mod templates;
@@ -35,6 +38,9 @@ enum Command {
     Templates(templates::Arguments),
     /// Convert between the curve formats.
     Convert(convert::Arguments),
+    /// Measure run time against error: every mode and solver on a mesh, as table, CSV and plot.
+    #[cfg(feature = "measure")]
+    Measure(Box<measure::Arguments>),
 }
 
 /// Where messages for people go.
@@ -81,6 +87,8 @@ pub fn run() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments).map(|()| Ending::Done),
         Command::Templates(arguments) => templates::run(&arguments).map(|()| Ending::Done),
         Command::Convert(arguments) => convert::run(&arguments, console).map(|()| Ending::Done),
+        #[cfg(feature = "measure")]
+        Command::Measure(arguments) => measure::run(&arguments, console).map(|()| Ending::Done),
     };
     match result {
         Ok(Ending::Done) => ExitCode::SUCCESS,

@@ -1,10 +1,12 @@
 //! Measures of results: how well a mesh fits its library, how near a solve comes to the optimum, how near
-//! yarns come, how far they stretch.
+//! yarns come, how far they stretch, and what the error costs in time.
 
 pub mod accuracy;
 pub mod clearance;
 pub mod misfit;
 pub mod stretch;
+#[cfg(feature = "measure")]
+pub mod tradeoff;
 
 /// The value below which the share `q` of the values lie (the values are reordered); NaN for none.
 pub fn quantile(values: &mut [f64], q: f64) -> f64 {
