@@ -158,8 +158,8 @@ fn poses(arguments: &Arguments, mesh: &StitchMesh) -> Result<Vec<Pose>> {
     Ok(poses)
 }
 
-/// What was measured, in a line.
-fn subject(arguments: &Arguments, job: &Job, tradeoff: &Tradeoff) -> String {
+/// What was measured: mesh and size, frames.
+fn subject(arguments: &Arguments, job: &Job, tradeoff: &Tradeoff) -> (String, String) {
     let name = arguments.mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let frames = match (&arguments.frames, job.poses.len()) {
         (Some(_), 1) => "1 frame".to_string(),
@@ -172,7 +172,8 @@ fn subject(arguments: &Arguments, job: &Job, tradeoff: &Tradeoff) -> String {
             names.join("; ")
         }
     };
-    format!("{name}: {} stitches, {} of them compared; {frames}", tradeoff.stitches, tradeoff.compared)
+    let stitches = format!("{name}, {} stitches ({} with knots)", tradeoff.stitches, tradeoff.compared);
+    (stitches, frames)
 }
 
 /// Where and when.
@@ -183,9 +184,9 @@ fn place() -> String {
 /// The table with what one needs to know to read it.
 fn listing(arguments: &Arguments, job: &Job, tradeoff: &Tradeoff) -> String {
     let command: Vec<String> = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
+    let (stitches, frames) = subject(arguments, job, tradeoff);
     format!(
-        "{}\n{}\nknotmesh {}\n\n{}\n{}",
-        subject(arguments, job, tradeoff),
+        "{stitches}\nframes: {frames}\n{}\nknotmesh {}\n\n{}\n{}",
         place(),
         command.join(" "),
         table::printed(&tradeoff.rows),
@@ -201,14 +202,15 @@ fn write(
     tradeoff: &Tradeoff,
     console: Console,
 ) -> Result<()> {
-    let title = "Run time against error";
-    let subtitle = format!("{}\n{}", subject(arguments, job, tradeoff), place());
+    let (stitches, frames) = subject(arguments, job, tradeoff);
+    let title = format!("Run time against error: {stitches}");
+    let subtitle = [frames, place()];
     let files = [
         ("measure.csv", table::csv(&tradeoff.rows).into_bytes()),
         ("frames.csv", table::csv(&tradeoff.frame_rows).into_bytes()),
         ("measure.txt", text.as_bytes().to_vec()),
-        ("measure.svg", plot::svg(&tradeoff.rows, title, &subtitle)?.into_bytes()),
-        ("measure.png", plot::png(&tradeoff.rows, title, &subtitle)?),
+        ("measure.svg", plot::svg(&tradeoff.rows, &title, &subtitle)?.into_bytes()),
+        ("measure.png", plot::png(&tradeoff.rows, &title, &subtitle)?),
     ];
     for (name, bytes) in files {
         let path = folder.join(name);
