@@ -183,7 +183,8 @@ fn place() -> String {
 
 /// The table with what one needs to know to read it.
 fn listing(arguments: &Arguments, job: &Job, tradeoff: &Tradeoff) -> String {
-    let command: Vec<String> = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
+    let command: Vec<String> =
+        std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
     let (stitches, frames) = subject(arguments, job, tradeoff);
     format!(
         "{stitches}\nframes: {frames}\n{}\nknotmesh {}\n\n{}\n{}",

@@ -152,7 +152,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     fn residuals(&self) -> Option<DVector<f64>> {
         let [length, angle] = self.weights;
         let segments = self.stitch.segments.iter();
-        let segments = segments.map(|(i, rest)| length * ((self.points[i + 1] - self.points[*i]).norm() - rest));
+        let segments =
+            segments.map(|(i, rest)| length * ((self.points[i + 1] - self.points[*i]).norm() - rest));
         let bends = self.stitch.bends.iter().map(|(i, rest)| angle * (self.cosine(*i) - rest));
         let count = self.stitch.segments.len() + self.stitch.bends.len();
         Some(DVector::from_iterator(count, segments.chain(bends)))
@@ -323,7 +324,9 @@ fn spaced(seats: &[Seat], beta: f64, rest: f64) -> Vec<Vector2<f64>> {
 fn corner_normals(scene: &Scene, positions: &[DVec3]) -> Vec<DVec3> {
     let area = |face: usize| {
         let range = scene.face_offsets[face] as usize..scene.face_offsets[face + 1] as usize;
-        let at = |v: &u32| (positions[*v as usize] - positions[scene.face_vertices[range.start] as usize]) / scene.gauge;
+        let at = |v: &u32| {
+            (positions[*v as usize] - positions[scene.face_vertices[range.start] as usize]) / scene.gauge
+        };
         let corners = &scene.face_vertices[range.clone()];
         let sum: DVec3 = corners.windows(2).map(|pair| at(&pair[0]).cross(at(&pair[1])) * 0.5).sum();
         sum

@@ -5,7 +5,7 @@ use crate::Result;
 use crate::backend::{Backend, CpuBackend, FrameOutput};
 use crate::curve::FrameCurves;
 use crate::knot::{Settings, Status};
-use crate::measure::clearance::clearance;
+use crate::measure::clearance::{Clearance, clearance};
 use crate::measure::quantile;
 use crate::scene::{Mode, Scene};
 use glam::DVec3;
@@ -45,10 +45,8 @@ pub struct FrameErrors {
     pub distances: Vec<f64>,
     /// Of the same faces (E - E*) / (1 + E*), E* the reference's energy; faces that fell back left out.
     pub energy_above: Vec<f64>,
-    /// Share of the curve's samples nearer than 1.5 r to another centreline ([`clearance`]).
-    pub interpenetration: f64,
-    /// The smallest distance of centrelines in r, at most 2.5.
-    pub smallest: f64,
+    /// How near yarns come, where it was asked for.
+    pub clearance: Option<Clearance>,
     /// The largest turn of the control polygon where a yarn goes from face to face, one of them with knots,
     /// beyond the turn there at rest, degrees.
     pub kink: f64,
@@ -94,10 +92,16 @@ impl Meter {
     }
 
     /// The errors of `output`; `reference` is the optimum of the same frame, of the same mesh in mode `relax`.
+    /// Distances of yarns take far longer than all else: they are taken `with_clearance` only.
     ///
     /// # Errors
     /// None in practice: those of [`clearance`].
-    pub fn errors(&self, output: &FrameOutput<f64>, reference: &FrameOutput<f64>) -> Result<FrameErrors> {
+    pub fn errors(
+        &self,
+        output: &FrameOutput<f64>,
+        reference: &FrameOutput<f64>,
+        with_clearance: bool,
+    ) -> Result<FrameErrors> {
         let fell = |output: &FrameOutput<f64>, face: usize| output.faces[face].status == Status::FellBack;
         let counts = |face: &usize| self.comparable && self.solved[*face] && !fell(reference, *face);
         let faces: Vec<usize> = (0..self.scene.face_count).filter(counts).collect();
@@ -117,13 +121,13 @@ impl Meter {
             (!fell(output, *face)).then_some((e - best) / (1.0 + best))
         };
         let curves = FrameCurves::new(&self.scene, output, DENSE, None);
-        let near = clearance(&curves, self.scene.yarn_radius * self.scene.gauge)?;
+        let radius = self.scene.yarn_radius * self.scene.gauge;
+        let near = if with_clearance { Some(clearance(&curves, radius)?) } else { None };
         let kinks = self.joints.iter().map(|joint| joint.turn(output) - joint.at_rest);
         Ok(FrameErrors {
             distances: faces.iter().map(|face| largest[*face]).collect(),
             energy_above: faces.iter().filter_map(above).collect(),
-            interpenetration: near.share_below_1_5r,
-            smallest: near.smallest,
+            clearance: near,
             kink: kinks.fold(0.0, f64::max),
             fell_back: (0..self.scene.face_count).filter(|face| fell(output, *face)).count(),
         })
@@ -154,10 +158,11 @@ pub struct Summary {
     pub energy_mean: Option<f64>,
     /// 95 % of them are below this.
     pub energy_p95: Option<f64>,
-    /// Mean over frames of the share of samples nearer than 1.5 r.
-    pub interpenetration: f64,
-    /// The smallest distance of centrelines, r.
-    pub smallest: f64,
+    /// Mean over the frames looked at of the share of the curve's samples nearer than 1.5 r to another
+    /// centreline.
+    pub interpenetration: Option<f64>,
+    /// The smallest distance of centrelines in those frames, r, at most 2.5.
+    pub smallest: Option<f64>,
     /// The largest kink, degrees.
     pub kink: f64,
     /// Faces that fell back, all frames together.
@@ -172,15 +177,16 @@ impl Summary {
         let some = |values: &Vec<f64>| !values.is_empty();
         let largest = distances.iter().copied().fold(0.0, f64::max);
         let mean = above.iter().sum::<f64>() / above.len() as f64;
-        let shares = frames.iter().map(|f| f.interpenetration).sum::<f64>();
+        let near: Vec<&Clearance> = frames.iter().filter_map(|f| f.clearance.as_ref()).collect();
+        let shares = near.iter().map(|c| c.share_below_1_5r).sum::<f64>();
         Self {
             distance_median: some(&distances).then(|| quantile(&mut distances, 0.5)),
             distance_p95: some(&distances).then(|| quantile(&mut distances, 0.95)),
             distance_max: some(&distances).then_some(largest),
             energy_mean: some(&above).then_some(mean),
             energy_p95: some(&above).then(|| quantile(&mut above, 0.95)),
-            interpenetration: shares / frames.len().max(1) as f64,
-            smallest: frames.iter().map(|f| f.smallest).fold(f64::INFINITY, f64::min),
+            interpenetration: (!near.is_empty()).then(|| shares / near.len() as f64),
+            smallest: near.iter().map(|c| c.smallest).reduce(f64::min),
             kink: frames.iter().map(|f| f.kink).fold(0.0, f64::max),
             fell_back: frames.iter().map(|f| f.fell_back).sum(),
         }

@@ -11,7 +11,10 @@ pub(super) struct Box2 {
 
 impl Box2 {
     fn overlaps(&self, other: &Box2) -> bool {
-        self.left < other.right && other.left < self.right && self.top < other.bottom && other.top < self.bottom
+        self.left < other.right
+            && other.left < self.right
+            && self.top < other.bottom
+            && other.top < self.bottom
     }
 
     fn holds(&self, other: &Box2) -> bool {
@@ -67,7 +70,8 @@ impl Labels {
                 let angle = f64::from(direction) * std::f64::consts::TAU / 16.0;
                 let (dx, dy) = (angle.cos(), angle.sin());
                 // The label's side that faces the point stands at the distance.
-                let (cx, cy) = (f64::from(x) + dx * f64::from(distance), f64::from(y) + dy * f64::from(distance));
+                let (cx, cy) =
+                    (f64::from(x) + dx * f64::from(distance), f64::from(y) + dy * f64::from(distance));
                 let left = (cx + (dx.signum() * dx.abs().sqrt() - 1.0) * f64::from(width) / 2.0) as i32;
                 let top = (cy + (dy.signum() * dy.abs().sqrt() - 1.0) * f64::from(height) / 2.0) as i32;
                 let label = Box2 { left, right: left + width, top, bottom: top + height };

@@ -30,6 +30,9 @@ use table::Row;
 use timing::{Clocked, Runner};
 use variants::Variant;
 
+/// Stitches of a variant that distances of yarns are taken for.
+const MOST_NEAR: usize = 50_000;
+
 /// What is to be measured.
 #[derive(Clone, Debug)]
 pub struct Job<'a> {
@@ -93,8 +96,9 @@ pub fn run(job: &Job, progress: &mut Progress) -> Result<Tradeoff> {
     let mut compared = 0;
     let mut tallies = Vec::new();
     let mut own = Vec::new();
-    for reference in &references {
-        let errors = truth.meter.errors(reference, reference)?;
+    let near = looked_at(job.poses.len(), truth.scene.face_count);
+    for (reference, near) in references.iter().zip(&near) {
+        let errors = truth.meter.errors(reference, reference, *near)?;
         compared += errors.distances.len();
         own.push(errors);
     }
@@ -108,9 +112,9 @@ pub fn run(job: &Job, progress: &mut Progress) -> Result<Tradeoff> {
         let mut runner = Runner::new(stage.scene.clone(), variant)?;
         let mut errors = Vec::with_capacity(job.poses.len());
         let mut seconds = 0.0;
-        for (pose, reference) in job.poses.iter().zip(&references) {
+        for ((pose, reference), near) in job.poses.iter().zip(&references).zip(&near) {
             seconds += runner.timed(&pose.positions)?;
-            errors.push(stage.meter.errors(&runner.output(), reference)?);
+            errors.push(stage.meter.errors(&runner.output(), reference, *near)?);
         }
         tallies.push(Tally::new(errors));
         runners.push((runner, seconds));
@@ -134,6 +138,13 @@ pub fn run(job: &Job, progress: &mut Progress) -> Result<Tradeoff> {
         }
     }
     Ok(Tradeoff { rows, frame_rows, stitches, compared: compared / job.poses.len() })
+}
+
+/// `[frame]` whether distances of yarns are taken: in all frames, or in as many, evenly spread and the last among
+/// them, as hold about `MOST_NEAR` stitches.
+fn looked_at(frames: usize, stitches: usize) -> Vec<bool> {
+    let some = (MOST_NEAR / stitches.max(1)).clamp(1, frames);
+    (0..frames).map(|i| (i + 1) * some / frames > i * some / frames).collect()
 }
 
 /// One stage for each mode among `modes`.

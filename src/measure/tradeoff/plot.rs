@@ -76,7 +76,8 @@ fn averaged(fine: &[u8]) -> Vec<u8> {
     for y in 0..SIZE.1 as usize {
         for x in 0..SIZE.0 as usize {
             for channel in 0..3 {
-                let at = |i: usize| fine[(finer * y + i / finer) * stride + 3 * (finer * x + i % finer) + channel];
+                let at =
+                    |i: usize| fine[(finer * y + i / finer) * stride + 3 * (finer * x + i % finer) + channel];
                 let sum: u32 = (0..finer * finer).map(|i| u32::from(at(i))).sum();
                 pixels.push((sum / (FINER * FINER)) as u8);
             }
@@ -182,11 +183,11 @@ fn draw<B: DrawingBackend>(canvas: &Canvas<B>, rows: &[Row], title: &str, subtit
     let row = |i: usize| frame.top + 12 + 26 * i as i32;
     for (i, family) in families.iter().enumerate() {
         canvas.marker(i, (left + 14, row(i)))?;
-        canvas.text(family, 15, (left + 32, row(i) - 7), &BLACK)?;
+        canvas.text(family, 15, (left + 32, row(i) - 5), &BLACK)?;
     }
     let y = row(families.len());
     canvas.line(&[(left + 4, y), (left + 24, y)], 2, GREY.to_rgba())?;
-    canvas.text("Pareto front", 15, (left + 32, y - 7), &BLACK)?;
+    canvas.text("Pareto front", 15, (left + 32, y - 5), &BLACK)?;
     canvas.root.present().map_err(undrawn)
 }
 
@@ -248,7 +249,7 @@ fn axes<B: DrawingBackend>(canvas: &Canvas<B>, dots: &mut [Dot], top: i32) -> Re
         let floor = if value < FLOOR * 1.5 { "\u{2264} " } else { "" };
         let label = format!("{floor}1e{:.0}", value.log10());
         let (width, height) = canvas.size(&label, 14)?;
-        canvas.text(&label, 14, (left - 8 - width, at - height / 2), &BLACK)?;
+        canvas.text(&label, 14, (left - 8 - width, at - height / 2 + 2), &BLACK)?;
     }
     canvas.line(&[(left, top), (left, bottom), (right, bottom)], 1, BLACK.to_rgba())?;
     let (width, _) = canvas.size("time per stitch (ns)", 15)?;
@@ -272,7 +273,8 @@ fn is_power(value: f64) -> bool {
 /// The multiples of powers of ten within a range, and whether each is labelled: 1, 2 and 5 times.
 fn ticks(range: &std::ops::Range<f64>) -> Vec<(f64, bool)> {
     let decades = range.start.log10().floor() as i32..=range.end.log10().floor() as i32;
-    let all = decades.flat_map(|d| (1..10).map(move |i| (f64::from(i) * 10f64.powi(d), [1, 2, 5].contains(&i))));
+    let all =
+        decades.flat_map(|d| (1..10).map(move |i| (f64::from(i) * 10f64.powi(d), [1, 2, 5].contains(&i))));
     all.filter(|(value, _)| range.contains(value)).collect()
 }
 

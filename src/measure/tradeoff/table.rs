@@ -62,8 +62,8 @@ const COLUMNS: &[Column] = &[
     ("distance_max_r", Some("dist max"), |r| Cell::Number(r.errors.distance_max)),
     ("energy_above_mean", Some("E above"), |r| Cell::Number(r.errors.energy_mean)),
     ("energy_above_p95", Some("E 95 %"), |r| Cell::Number(r.errors.energy_p95)),
-    ("interpenetration_share", Some("near"), |r| Cell::Number(Some(r.errors.interpenetration))),
-    ("smallest_distance_r", Some("least"), |r| Cell::Number(Some(r.errors.smallest))),
+    ("interpenetration_share", Some("near"), |r| Cell::Number(r.errors.interpenetration)),
+    ("smallest_distance_r", Some("least"), |r| Cell::Number(r.errors.smallest)),
     ("kink_max_deg", Some("kink"), |r| Cell::Number(Some(r.errors.kink))),
     ("faces_fell_back", Some("fell"), |r| Cell::Count(Some(r.errors.fell_back as u64))),
 ];
@@ -74,7 +74,8 @@ frame ms, stitch ns: wall-clock time of a frame, and of it for each stitch (medi
 dist: of each face with knots, the largest distance of a control point to the converged optimum, in yarn radii;
       median, 95th percentile and largest over faces and frames
 E: (E - E*) / (1 + E*) of each such face, E* at the optimum: mean, 95th percentile (f32 rounds it to about 1e-7)
-near: share of the curve nearer than 1.5 r to another centreline; least: the smallest distance in r (at most 2.5)
+near: share of the curve nearer than 1.5 r to another centreline; least: the smallest distance in r (at most 2.5);
+      in many frames of a large mesh, some of the frames stand for all
 kink: largest turn where a yarn goes from face to face, beyond the turn there at rest, degrees
 fell: faces that fell back to interpolation
 ";
@@ -155,7 +156,11 @@ pub fn csv(rows: &[Row]) -> String {
 }
 
 fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.into()
+    }
 }
 
 /// A table for people, columns aligned.

@@ -32,9 +32,10 @@ impl Runner {
     pub fn new(scene: Arc<Scene>, variant: &Variant) -> Result<Self> {
         let (settings, threads) = (&variant.settings, variant.threads);
         let engine = match (variant.engine, variant.precision) {
-            (Engine::LevenbergMarquardt { tolerance }, _) => {
-                Running::Baseline(Box::new((Baseline::new(scene, settings, tolerance), FrameOutput::default())))
-            }
+            (Engine::LevenbergMarquardt { tolerance }, _) => Running::Baseline(Box::new((
+                Baseline::new(scene, settings, tolerance),
+                FrameOutput::default(),
+            ))),
             (Engine::Cpu, Precision::F32) => {
                 Running::F32(Box::new((CpuBackend::new(scene, settings, threads)?, FrameOutput::default())))
             }

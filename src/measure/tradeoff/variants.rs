@@ -89,12 +89,7 @@ pub fn variants(base: &Settings, threads: usize, quick: bool) -> Vec<Variant> {
         }
     }
     for iterations in [1, 2, 3, 5] {
-        let settings = Settings {
-            solver: Solver::Safeguarded,
-            start: Start::Previous,
-            iterations,
-            ..*base
-        };
+        let settings = Settings { solver: Solver::Safeguarded, start: Start::Previous, iterations, ..*base };
         let name = format!("previous + {iterations} f32");
         all.push(Variant { name, family: "previous frame", settings, ..plain.clone() });
     }
