@@ -68,7 +68,7 @@ fn a_moved_point_is_the_error() {
     let scene = scene(&mesh);
     let positions = buckled(&mesh);
     let optimum = Reference::new(scene.clone(), &Settings::default()).unwrap().solve(&positions).unwrap();
-    let meter = Meter::new(scene.clone(), &mesh.positions).unwrap();
+    let meter = Meter::new(scene.clone(), &mesh.positions, &Settings::default()).unwrap();
     let own = Summary::new(&[meter.errors(&optimum, &optimum, true).unwrap()]);
     assert_eq!((own.distance_max, own.energy_mean), (Some(0.0), Some(0.0)));
 
@@ -94,8 +94,9 @@ fn a_moved_point_is_the_error() {
 fn a_bent_joint_is_a_kink() {
     let mesh = swatch();
     let scene = scene(&mesh);
-    let optimum = Reference::new(scene.clone(), &Settings::default()).unwrap().solve(&mesh.positions).unwrap();
-    let meter = Meter::new(scene.clone(), &mesh.positions).unwrap();
+    let optimum =
+        Reference::new(scene.clone(), &Settings::default()).unwrap().solve(&mesh.positions).unwrap();
+    let meter = Meter::new(scene.clone(), &mesh.positions, &Settings::default()).unwrap();
     let kink = |output| meter.errors(output, &optimum, false).unwrap().kink;
     assert!(kink(&optimum) < 1e-6, "at rest: {}", kink(&optimum));
     let mut bent = optimum.clone();
@@ -122,7 +123,7 @@ fn the_baseline_solves() {
         assert!((found.energy - best.energy).abs() < 1e-6 * best.energy, "{found:?} {best:?}");
         assert!(found.energy_start > best.energy);
     }
-    let meter = Meter::new(scene, &mesh.positions).unwrap();
+    let meter = Meter::new(scene, &mesh.positions, &settings).unwrap();
     let summary = Summary::new(&[meter.errors(&output, &optimum, false).unwrap()]);
     assert!(summary.distance_max.unwrap() < 1e-4, "{summary:?}");
     assert!(Baseline::new(self::scene(&mesh), &settings, None).frame(&positions[1..], &mut output).is_err());

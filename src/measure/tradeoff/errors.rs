@@ -1,6 +1,7 @@
 //! What is wrong with a frame, against the converged optimum of the same frame.
 
 use super::layout::{Owner, owners};
+use super::reference::to_the_end;
 use crate::Result;
 use crate::backend::{Backend, CpuBackend, FrameOutput};
 use crate::curve::FrameCurves;
@@ -55,12 +56,13 @@ pub struct FrameErrors {
 }
 
 impl Meter {
-    /// For a scene; `rest` are the positions at rest (`[vertex]`, world units).
+    /// For a scene; `rest` are the positions at rest (`[vertex]`, world units), and the yarn's turns there are
+    /// those with the weights and the knot spacing of `settings`.
     ///
     /// # Errors
     /// Those of [`Backend::frame`].
-    pub fn new(scene: Arc<Scene>, rest: &[DVec3]) -> Result<Self> {
-        let settings = Settings { iterations: super::reference::TO_THE_END, ..Settings::default() };
+    pub fn new(scene: Arc<Scene>, rest: &[DVec3], settings: &Settings) -> Result<Self> {
+        let settings = to_the_end(settings);
         let mut output = FrameOutput::default();
         CpuBackend::<f64>::new(scene.clone(), &settings, 0)?.frame(rest, &mut output)?;
         let mut solved = vec![false; scene.face_count];

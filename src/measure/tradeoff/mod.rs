@@ -18,6 +18,7 @@ pub mod table;
 mod timing;
 pub mod variants;
 
+use crate::knot::Settings;
 use crate::mesh::StitchMesh;
 use crate::scene::{Mode, Scene, SceneOptions};
 use crate::template::TemplateLibrary;
@@ -42,7 +43,7 @@ pub struct Job<'a> {
     pub library: &'a TemplateLibrary,
     /// How scenes are compiled; each variant brings its own mode.
     pub options: SceneOptions,
-    /// What is compared.
+    /// What is compared; weights and knot spacing are the same in all.
     pub variants: Vec<Variant>,
     /// The frames, in order.
     pub poses: Vec<Pose>,
@@ -80,11 +81,11 @@ pub fn run(job: &Job, progress: &mut Progress) -> Result<Tradeoff> {
     if job.poses.is_empty() || job.repeats == 0 {
         return Err(Error::invalid("no frames or no repeats: nothing to measure"));
     }
+    let settings = job.variants.first().map_or_else(Default::default, |v| v.settings);
     let modes = job.variants.iter().map(|v| v.mode);
-    let stages = compile(job, modes.chain([Mode::Relax]))?;
+    let stages = compile(job, modes.chain([Mode::Relax]), &settings)?;
     let stage = |mode: Mode| stages.iter().find(|s| s.scene.mode == mode).expect("compiled above");
     let truth = stage(Mode::Relax);
-    let settings = job.variants.first().map_or_else(Default::default, |v| v.settings);
 
     let total = job.poses.len() + 2 * job.variants.len();
     let mut references = Vec::with_capacity(job.poses.len());
@@ -148,7 +149,7 @@ fn looked_at(frames: usize, stitches: usize) -> Vec<bool> {
 }
 
 /// One stage for each mode among `modes`.
-fn compile(job: &Job, modes: impl Iterator<Item = Mode>) -> Result<Vec<Stage>> {
+fn compile(job: &Job, modes: impl Iterator<Item = Mode>, settings: &Settings) -> Result<Vec<Stage>> {
     let mut stages: Vec<Stage> = Vec::new();
     for mode in modes {
         if stages.iter().any(|s| s.scene.mode == mode) {
@@ -157,7 +158,7 @@ fn compile(job: &Job, modes: impl Iterator<Item = Mode>) -> Result<Vec<Stage>> {
         let options = SceneOptions { mode, ..job.options.clone() };
         let scene = Arc::new(Scene::compile(job.mesh, job.library, options)?);
         let rest = job.options.rest.as_deref().unwrap_or(&job.mesh.positions);
-        let meter = Meter::new(scene.clone(), rest)?;
+        let meter = Meter::new(scene.clone(), rest, settings)?;
         stages.push(Stage { scene, meter });
     }
     Ok(stages)

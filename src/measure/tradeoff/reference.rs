@@ -13,6 +13,19 @@ pub const TO_THE_END: u32 = 200;
 /// Turn of the starts on either side of the affine one, radians (as in [`crate::measure::accuracy`]).
 const TURNED: f64 = 0.7;
 
+/// Settings that run solves to their end, with the weights and the knot spacing of `settings` and nothing else
+/// of them.
+pub(super) fn to_the_end(settings: &Settings) -> Settings {
+    Settings {
+        solver: Solver::Safeguarded,
+        iterations: TO_THE_END,
+        beta: settings.beta,
+        weight_angle: settings.weight_angle,
+        weight_length: settings.weight_length,
+        ..Settings::default()
+    }
+}
+
 /// Finds optima of a scene's frames.
 #[derive(Debug)]
 pub struct Reference {
@@ -29,16 +42,7 @@ impl Reference {
     /// Settings out of range.
     pub fn new(scene: Arc<Scene>, settings: &Settings) -> Result<Self> {
         let backend = |start, iterations| {
-            let settings = Settings {
-                solver: Solver::Safeguarded,
-                start,
-                iterations,
-                beta: settings.beta,
-                weight_angle: settings.weight_angle,
-                weight_length: settings.weight_length,
-                ..Settings::default()
-            };
-            CpuBackend::new(scene.clone(), &settings, 0)
+            CpuBackend::new(scene.clone(), &Settings { start, iterations, ..to_the_end(settings) }, 0)
         };
         Ok(Self {
             start: backend(Start::Affine, 0)?,
