@@ -214,6 +214,10 @@ fn the_command_writes_its_files() {
     let svg = std::fs::read_to_string(out.join("measure.svg")).unwrap();
     assert!(svg.contains("Pareto front") && svg.contains("safeguarded 3 f64"));
 
+    // A mesh without knots has no error.
+    let mut weave = assert_cmd::Command::cargo_bin("knotmesh").unwrap();
+    weave.args(["measure", "stitches/weave.smobj"]).assert().code(2);
+
     // A line each, and no panic.
     let error = |arguments: &[&str]| {
         let done = command().args(arguments).assert().code(2);

@@ -206,19 +206,18 @@ fn write(
     let (stitches, frames) = subject(arguments, job, tradeoff);
     let title = format!("Run time against error: {stitches}");
     let subtitle = [frames, place()];
-    let files = [
-        ("measure.csv", table::csv(&tradeoff.rows).into_bytes()),
-        ("frames.csv", table::csv(&tradeoff.frame_rows).into_bytes()),
-        ("measure.txt", text.as_bytes().to_vec()),
-        ("measure.svg", plot::svg(&tradeoff.rows, &title, &subtitle)?.into_bytes()),
-        ("measure.png", plot::png(&tradeoff.rows, &title, &subtitle)?),
-    ];
-    for (name, bytes) in files {
+    let put = |name: &str, bytes: &[u8]| -> Result<()> {
         let path = folder.join(name);
         let mut out = Output::create(&path)?;
-        out.put(&bytes)?;
+        out.put(bytes)?;
         out.commit()?;
         console.say(format_args!("wrote {}", path.display()));
-    }
-    Ok(())
+        Ok(())
+    };
+    // Figures first: a plot needs variants with both a time and a distance.
+    put("measure.csv", table::csv(&tradeoff.rows).as_bytes())?;
+    put("frames.csv", table::csv(&tradeoff.frame_rows).as_bytes())?;
+    put("measure.txt", text.as_bytes())?;
+    put("measure.svg", plot::svg(&tradeoff.rows, &title, &subtitle)?.as_bytes())?;
+    put("measure.png", &plot::png(&tradeoff.rows, &title, &subtitle)?)
 }

@@ -104,6 +104,11 @@ pub fn run(job: &Job, progress: &mut Progress) -> Result<Tradeoff> {
         own.push(errors);
     }
     tallies.push(Tally::new(own));
+    if compared == 0 {
+        return Err(Error::invalid(
+            "no face has both knots and a shape, so there is no error to measure: give a mesh with knits",
+        ));
+    }
 
     // The first pass: errors, and how long a pass takes.
     let mut runners = Vec::with_capacity(job.variants.len());
