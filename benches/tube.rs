@@ -3,42 +3,13 @@
 //!
 //! `cargo bench --bench tube [-- RUNS [FACES...]]`; figures are kept in `benches/runs/`.
 
-use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-const COLUMNS: usize = 200;
-const HEIGHT: f64 = 0.61;
-
-/// An unwelded tube of `faces` knits, as the field's tools write them.
-fn tube(faces: usize) -> String {
-    let radius = COLUMNS as f64 / std::f64::consts::TAU;
-    let mut text = String::from("L knit+ -lX +yX +lX -yX\n");
-    for face in 0..faces {
-        let (k, i) = (face / COLUMNS, face % COLUMNS);
-        for (di, dk) in [(0, 0), (1, 0), (1, 1), (0, 1)] {
-            let turn = (i + di) as f64 / COLUMNS as f64;
-            let (sin, cos) = (std::f64::consts::TAU * turn).sin_cos();
-            let (x, y, z) = (radius * cos, radius * sin, (k as f64 + dk as f64 + turn) * HEIGHT);
-            writeln!(text, "v {x:.5} {y:.5} {z:.5}").expect("memory");
-        }
-    }
-    for face in 0..faces {
-        let v = 4 * face;
-        writeln!(text, "f {} {} {} {}\nT 1\nN {}", v + 1, v + 2, v + 3, v + 4, face / COLUMNS)
-            .expect("memory");
-    }
-    for face in 1..=faces {
-        if face < faces {
-            writeln!(text, "e {face}/2 {}/-4", face + 1).expect("memory");
-        }
-        if face + COLUMNS <= faces {
-            writeln!(text, "e {face}/3 {}/-1", face + COLUMNS).expect("memory");
-        }
-    }
-    text
-}
+#[path = "../examples/tube/mod.rs"]
+#[allow(dead_code)]
+mod tube;
 
 fn main() {
     // Cargo adds flags of its own.
@@ -49,7 +20,7 @@ fn main() {
     let (mesh, report) = (folder.path().join("tube.smobj"), folder.path().join("report.json"));
     println!("faces,seconds,parse,compile,solve,write,peak_mb");
     for faces in sizes {
-        std::fs::write(&mesh, tube(*faces)).expect("a writable folder");
+        std::fs::write(&mesh, tube::smobj(*faces)).expect("a writable folder");
         let mut seconds: Vec<f64> = (0..runs).map(|_| relax(&mesh, None)).collect();
         seconds.sort_by(f64::total_cmp);
         // Stages come from a run of their own: measuring for the report takes time and memory.

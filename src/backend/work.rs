@@ -25,6 +25,8 @@ pub struct Task<'a, T: Scalar> {
     pub skip: Skip,
     /// Skip's tolerance, template units.
     pub tolerance: T,
+    /// Whether the knots in the output are a start: there was a frame before.
+    pub warm: bool,
     /// Whether the output holds this backend's last frame.
     pub continued: bool,
     /// The template's own shape and the first face's, where they are of use.
@@ -176,7 +178,7 @@ impl<T: Scalar> Chunk<'_, '_, T> {
                 solved.set_lane(lane, T::one());
             }
             given.solved = R::zero().lt(solved);
-            given.start = task.start == Start::Previous && task.continued;
+            given.start = task.start == Start::Previous && task.warm;
         } else {
             skipped.without_knots += faces.len();
         }

@@ -4,6 +4,9 @@
 mod convert;
 mod info;
 mod inputs;
+#[cfg(feature = "measure")]
+mod measure;
+mod progress;
 mod relax;
 mod report;
 mod stress;
@@ -39,6 +42,9 @@ enum Command {
     Convert(convert::Arguments),
     /// Run random faces, far beyond what cloth does, and say whether all holds that must.
     Stress(stress::Arguments),
+    /// Measure run time against error: every mode and solver on a mesh, as table, CSV and plot.
+    #[cfg(feature = "measure")]
+    Measure(Box<measure::Arguments>),
 }
 
 /// Where messages for people go.
@@ -88,6 +94,8 @@ pub fn run() -> ExitCode {
         Command::Templates(arguments) => templates::run(&arguments).map(|()| Ending::Done),
         Command::Convert(arguments) => convert::run(&arguments, console).map(|()| Ending::Done),
         Command::Stress(arguments) => stress::run(&arguments, console),
+        #[cfg(feature = "measure")]
+        Command::Measure(arguments) => measure::run(&arguments, console).map(|()| Ending::Done),
     };
     match result {
         Ok(Ending::Done) => ExitCode::SUCCESS,

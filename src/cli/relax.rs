@@ -1,9 +1,9 @@
 //! `knotmesh relax`: a stitch mesh in, relaxed yarn out.
 
 use super::inputs::{self, Rename};
+use super::progress::Progress;
 use super::report::{self, FrameReport, Inputs, Report, Seconds};
 use super::{Console, Ending};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Precision, Running};
 use knotmesh::curve::{CurveExtras, FrameCurves, UNIFORM_SUBDIVISION};
 use knotmesh::ids::FaceId;
@@ -20,7 +20,7 @@ use knotmesh::template::Coordinates;
 use knotmesh::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -287,7 +287,7 @@ impl Job<'_> {
         let mut reports = Vec::new();
         let mut fell_back = Vec::new();
         let mut peak_memory = None;
-        self.progress.frames(range.len());
+        self.progress.steps(range.len(), "solving and writing", "frame");
         for (done, frame) in range.clone().enumerate() {
             if let Some(source) = &mut source {
                 timed(&mut self.seconds.read_frames, || source.read(frame, &mut positions))?;
@@ -404,56 +404,4 @@ fn timed<R>(seconds: &mut f64, work: impl FnOnce() -> Result<R>) -> Result<R> {
     let result = work();
     *seconds += began.elapsed().as_secs_f64();
     result
-}
-
-/// A bar on a terminal, for anything over a second.
-struct Progress {
-    bar: ProgressBar,
-}
-
-impl Progress {
-    fn new(quiet: bool) -> Self {
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
-        bar.set_style(ProgressStyle::with_template("{spinner} {msg}").expect("a valid template"));
-        if !quiet {
-            let later = bar.clone();
-            std::thread::spawn(move || {
-                std::thread::sleep(Duration::from_secs(1));
-                if !later.is_finished() {
-                    // Draws nothing unless standard error is a terminal.
-                    later.set_draw_target(ProgressDrawTarget::stderr());
-                    later.enable_steady_tick(Duration::from_millis(100));
-                }
-            });
-        }
-        Self { bar }
-    }
-
-    fn stage(&self, name: &'static str) {
-        self.bar.set_message(name);
-    }
-
-    fn frames(&self, count: usize) {
-        self.stage("solving and writing");
-        if count > 1 {
-            let template = "{bar:40} frame {pos}/{len}, {eta} left";
-            self.bar.set_style(ProgressStyle::with_template(template).expect("a valid template"));
-            self.bar.set_length(count as u64);
-        }
-    }
-
-    fn update(&self, done: usize) {
-        self.bar.set_position(done as u64);
-    }
-
-    fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-impl Drop for Progress {
-    /// An error's line is not to stand beside a bar.
-    fn drop(&mut self) {
-        self.finish();
-    }
 }

@@ -1,11 +1,13 @@
 //! Measures of results: how well a mesh fits its library, how near a solve comes to the optimum, how near
-//! yarns come, how far they stretch, what holds under stress.
+//! yarns come, how far they stretch, what the error costs in time, what holds under stress.
 
 pub mod accuracy;
 pub mod clearance;
 pub mod misfit;
 pub mod stress;
 pub mod stretch;
+#[cfg(feature = "measure")]
+pub mod tradeoff;
 
 /// The value below which the share `q` of the values lie (the values are reordered); NaN for none.
 pub fn quantile(values: &mut [f64], q: f64) -> f64 {

@@ -7,7 +7,7 @@ use crate::Result;
 use crate::backend::{Backend, CpuBackend, FrameOutput, Precision, Running, Skip};
 use crate::ids::{FaceId, TypeId, VertexId};
 use crate::knot::{KnotState, Settings, Solver, Start};
-use crate::math::{Scalar, V2, Width};
+use crate::math::{V2, Width};
 use crate::mesh::{StitchMesh, StitchType};
 use crate::scene::{Role, Scene, SceneOptions, Stencil};
 use crate::template::{Template, TemplateLibrary};
