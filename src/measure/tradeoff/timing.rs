@@ -77,15 +77,12 @@ fn widened<T: Scalar>(output: &FrameOutput<T>) -> FrameOutput<f64> {
         energy: f.energy.to_f64(),
         status: f.status,
     };
-    FrameOutput {
-        origin: output.origin,
-        gauge: output.gauge,
-        points: output.points.iter().map(|p| V3::of(p.to_f64())).collect(),
-        knots: output.knots.iter().map(knot).collect(),
-        faces: output.faces.iter().map(face).collect(),
-        skipped: output.skipped,
-        ..FrameOutput::default()
-    }
+    let mut wide = FrameOutput::default();
+    (wide.origin, wide.gauge, wide.skipped) = (output.origin, output.gauge, output.skipped);
+    wide.points = output.points.iter().map(|p| V3::of(p.to_f64())).collect();
+    wide.knots = output.knots.iter().map(knot).collect();
+    wide.faces = output.faces.iter().map(face).collect();
+    wide
 }
 
 /// A variant's times.
