@@ -2,13 +2,13 @@
 
 use divan::{Bencher, black_box};
 use glam::{DVec2, DVec3};
-use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
+use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Precision, Running, Skip};
 use knotmesh::io::smobj;
 use knotmesh::knot::energy::Points;
 use knotmesh::knot::frame::{Frame, blend, face_frame};
 use knotmesh::knot::lift::{interpolate, seat};
-use knotmesh::knot::{Kernel, KnotState, Settings, Solver, Weights, Workspace, factor, start};
-use knotmesh::math::{Real, V3};
+use knotmesh::knot::{Given, Kernel, KnotState, Settings, Solver, Weights, Workspace, factor, start};
+use knotmesh::math::{Scalar, V3};
 use knotmesh::scene::{Mode, Role, Scene, SceneOptions, Stencil};
 use knotmesh::template::{Coordinates, Template, TemplateLibrary};
 use std::sync::Arc;
@@ -40,7 +40,7 @@ fn knit() -> (Template, Stencil<f64>) {
 }
 
 /// Corners relative to the first.
-fn corners<T: Real>(template: &Template) -> Vec<V3<T>> {
+fn corners<T: Scalar>(template: &Template) -> Vec<V3<T>> {
     let deformed = |c: &DVec2| {
         let p = *c - template.corners[0];
         V3::of(DVec3::new(1.15 * p.x + 0.1 * p.y, 0.95 * p.y, 0.05 * p.x * p.y))
@@ -48,7 +48,7 @@ fn corners<T: Real>(template: &Template) -> Vec<V3<T>> {
     template.corners.iter().map(deformed).collect()
 }
 
-impl<T: Real> Face<T> {
+impl<T: Scalar> Face<T> {
     fn new() -> Self {
         let (template, stencil) = knit();
         let stencil = stencil.cast();
@@ -85,43 +85,43 @@ impl<T: Real> Face<T> {
 }
 
 #[divan::bench(types = [f32, f64])]
-fn a_frame<T: Real>(bencher: Bencher) {
+fn a_frame<T: Scalar>(bencher: Bencher) {
     let face = Face::<T>::new();
     bencher.bench_local(|| face_frame(black_box(&face.stencil.frame_gradients), black_box(&face.corners)));
 }
 
 #[divan::bench(types = [f32, f64])]
-fn b_affine_start<T: Real>(bencher: Bencher) {
+fn b_affine_start<T: Scalar>(bencher: Bencher) {
     let face = Face::<T>::new();
     let mut state = face.state.clone();
     bencher.bench_local(|| start::affine(black_box(&face.stencil), &face.frame, black_box(&mut state)));
 }
 
 #[divan::bench(types = [f32, f64])]
-fn c_place<T: Real>(bencher: Bencher) {
+fn c_place<T: Scalar>(bencher: Bencher) {
     let mut face = Face::<T>::new();
     bencher.bench_local(|| face.points.place(black_box(&face.stencil), black_box(&face.state)));
 }
 
 #[divan::bench(types = [f32, f64])]
-fn d_energy<T: Real>(bencher: Bencher) {
+fn d_energy<T: Scalar>(bencher: Bencher) {
     let mut face = Face::<T>::new();
-    bencher.bench_local(|| face.points.energy(black_box(&face.stencil), black_box(&face.weights)));
+    bencher.bench_local(|| face.points.energy(black_box(&face.stencil), black_box(&face.weights), &face.state));
 }
 
 #[divan::bench(types = [f32, f64])]
-fn e_assemble<T: Real>(bencher: Bencher) {
+fn e_assemble<T: Scalar>(bencher: Bencher) {
     let mut face = Face::<T>::new();
     let n = face.unknowns();
     let (mut a, mut b) = (vec![T::zero(); n * n], vec![T::zero(); n]);
     bencher.bench_local(|| {
         let (stencil, weights, state) = (black_box(&face.stencil), &face.weights, &face.state);
-        face.points.assemble(stencil, weights, state, black_box(&mut a), black_box(&mut b))
+        face.points.assemble(stencil, weights, state, (black_box(&mut a), None, black_box(&mut b)))
     });
 }
 
 #[divan::bench(types = [f32, f64])]
-fn f_assemble_curved<T: Real>(bencher: Bencher) {
+fn f_assemble_curved<T: Scalar>(bencher: Bencher) {
     let mut face = Face::<T>::new();
     let n = face.unknowns();
     let (mut a, mut b) = (vec![T::zero(); n * n], vec![T::zero(); n]);
@@ -129,26 +129,26 @@ fn f_assemble_curved<T: Real>(bencher: Bencher) {
     bencher.bench_local(|| {
         let (stencil, weights, state) = (black_box(&face.stencil), &face.weights, &face.state);
         let (a, b, c) = (black_box(&mut a), black_box(&mut b), black_box(&mut c));
-        face.points.assemble_curved(stencil, weights, state, a, c, b)
+        face.points.assemble(stencil, weights, state, (a, Some(c), b))
     });
 }
 
 #[divan::bench(types = [f32, f64])]
-fn g_factorise_and_solve<T: Real>(bencher: Bencher) {
+fn g_factorise_and_solve<T: Scalar>(bencher: Bencher) {
     let mut face = Face::<T>::new();
     let n = face.unknowns();
     let (mut a, mut b) = (vec![T::zero(); n * n], vec![T::zero(); n]);
-    face.points.assemble(&face.stencil, &face.weights, &face.state, &mut a, &mut b);
+    face.points.assemble(&face.stencil, &face.weights, &face.state, (&mut a, None, &mut b));
     let frozen = vec![T::mask(false); n];
     let (mut factors, mut x) = (a.clone(), b.clone());
     bencher.bench_local(|| {
-        factor::factorise(black_box(&a), None, T::of(0.1), &frozen, &mut factors);
+        factor::factorise(black_box(&a), &a, T::mask(false), T::of(0.1), &frozen, &mut factors);
         factor::solve(&factors, black_box(&b), black_box(&mut x));
     });
 }
 
 #[divan::bench(types = [f32, f64])]
-fn h_lift<T: Real>(bencher: Bencher) {
+fn h_lift<T: Scalar>(bencher: Bencher) {
     let face = Face::<T>::new();
     let mut lifted = vec![V3::<T>::zero(); face.stencil.points.len()];
     let n = face.stencil.corner_count;
@@ -161,7 +161,10 @@ fn h_lift<T: Real>(bencher: Bencher) {
                 Role::Contact | Role::Control => {
                     seats[p.knot as usize].lift(frame, face.points.plane[i], p.z)
                 }
-                _ => interpolate(&stencil.weights[i * n..(i + 1) * n], &face.corners, &face.normals, p.z),
+                _ => {
+                    let weights = &stencil.weights[i * n..(i + 1) * n];
+                    interpolate(weights, blend(weights, &face.corners), &face.normals, p.z)
+                }
             };
         }
         black_box(&mut lifted);
@@ -169,7 +172,7 @@ fn h_lift<T: Real>(bencher: Bencher) {
 }
 
 /// One face from corners to points.
-fn run<T: Real<Mask = bool>>(bencher: Bencher, mode: Mode, solver: Solver, iterations: u32) {
+fn run<T: Precision>(bencher: Bencher, mode: Mode, solver: Solver, iterations: u32) {
     let (template, stencil) = knit();
     let settings = Settings { solver, iterations, ..Settings::default() };
     let kernel = Kernel::<T>::new(&stencil, mode, &settings);
@@ -177,35 +180,34 @@ fn run<T: Real<Mask = bool>>(bencher: Bencher, mode: Mode, solver: Solver, itera
     kernel.fit(&mut work);
     work.corners.copy_from_slice(&corners(&template));
     work.normals.fill(V3::new(T::of(0.1), T::zero(), T::one()));
-    let mut state = vec![KnotState::default(); stencil.knot_count()];
-    let mut points = vec![V3::zero(); stencil.points.len()];
-    bencher.bench_local(|| kernel.run(black_box(&mut work), false, &mut state, black_box(&mut points)));
+    bencher.bench_local(|| T::face(&kernel, black_box(&mut work), Given::nothing()));
 }
 
 #[divan::bench(types = [f32, f64])]
-fn i_kernel_knots<T: Real<Mask = bool>>(bencher: Bencher) {
+fn i_kernel_knots<T: Precision>(bencher: Bencher) {
     run::<T>(bencher, Mode::Knots, Solver::Safeguarded, 0);
 }
 
 #[divan::bench(types = [f32, f64], args = [1, 3, 10])]
-fn j_kernel_gauss_newton<T: Real<Mask = bool>>(bencher: Bencher, iterations: u32) {
+fn j_kernel_gauss_newton<T: Precision>(bencher: Bencher, iterations: u32) {
     run::<T>(bencher, Mode::Relax, Solver::GaussNewton, iterations);
 }
 
 #[divan::bench(types = [f32, f64], args = [1, 3, 10])]
-fn k_kernel_safeguarded<T: Real<Mask = bool>>(bencher: Bencher, iterations: u32) {
+fn k_kernel_safeguarded<T: Precision>(bencher: Bencher, iterations: u32) {
     run::<T>(bencher, Mode::Relax, Solver::Safeguarded, iterations);
 }
 
 /// A stretched tube of so many stitches, on one thread.
 #[divan::bench(types = [f32, f64], args = [1_000, 22_800], sample_count = 20, sample_size = 1)]
-fn l_backend_frame<T: Real<Mask = bool>>(bencher: Bencher, stitches: usize) {
+fn l_backend_frame<T: Precision>(bencher: Bencher, stitches: usize) {
     let text = tube::smobj(stitches);
     let mesh = smobj::read("tube.smobj".as_ref(), text.as_bytes()).expect("a mesh");
     let library = TemplateLibrary::embedded();
     let scene = Arc::new(Scene::compile(&mesh, &library, SceneOptions::default()).expect("compiles"));
     let positions: Vec<DVec3> = mesh.positions.iter().map(|p| *p * DVec3::new(0.95, 0.95, 1.2)).collect();
-    let mut backend = CpuBackend::<T>::new(scene, &Settings::default(), 1).expect("in range");
+    let running = Running { threads: 1, skip: Skip::NOTHING, ..Running::default() };
+    let mut backend = CpuBackend::<T>::new(scene, &Settings::default(), &running).expect("in range");
     let mut output = FrameOutput::default();
     backend.frame(&positions, &mut output).expect("finite");
     bencher.bench_local(|| backend.frame(black_box(&positions), &mut output));

@@ -12,9 +12,9 @@ mod common;
 
 use common::Random;
 use glam::DVec3;
-use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
+use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Precision, Running, Skip};
 use knotmesh::knot::Settings;
-use knotmesh::math::{Scalar, V3};
+use knotmesh::math::V3;
 use knotmesh::measure::misfit::misfit;
 use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::{Scene, SceneOptions};
@@ -34,12 +34,14 @@ struct Faces {
     energy: Vec<f64>,
 }
 
-fn solve<T: Scalar>(scene: &Arc<Scene>, first: &[DVec3], positions: &[DVec3]) -> Faces {
-    let mut backend = CpuBackend::<T>::new(scene.clone(), &Settings::default(), 1).expect("in range");
+fn solve<T: Precision>(scene: &Arc<Scene>, first: &[DVec3], positions: &[DVec3]) -> Faces {
+    let running = Running { threads: 1, skip: Skip::NOTHING, ..Running::default() };
+    let mut backend = CpuBackend::<T>::new(scene.clone(), &Settings::default(), &running).expect("in range");
     let mut output = FrameOutput::default();
     // The first frame sets the origin, the same for all.
     backend.frame(first, &mut output).expect("finite");
     backend.frame(positions, &mut output).expect("finite");
+    let slots = backend.slots(&output);
     let mut faces = Faces { points: Vec::new(), energy: Vec::new() };
     for batch in &scene.batches {
         let stencil = &scene.stencils[batch.stencil];
@@ -51,7 +53,7 @@ fn solve<T: Scalar>(scene: &Arc<Scene>, first: &[DVec3], positions: &[DVec3]) ->
             let begin = batch.first_slot + i * count;
             faces
                 .points
-                .push(backend.slots()[begin..begin + count].iter().map(|p: &V3<T>| p.to_f64()).collect());
+                .push(slots[begin..begin + count].iter().map(|p: &V3<T>| p.to_f64()).collect());
             faces.energy.push(output.faces[batch.first_face + i].energy.to_f64());
         }
     }

@@ -100,7 +100,8 @@ fn assert_whole(run: &Run<f64>, mesh: &StitchMesh, what: &str) -> (usize, usize)
         let offsets = &scene.stencils[batch.stencil].strand_offsets;
         (batch.faces[index].0, offsets.partition_point(|o| *o <= point))
     };
-    let slots = |point: usize| yarns.slots[point].into_iter().filter(|s| *s != NO_SECOND_SLOT);
+    let point_slots = scene.point_slots();
+    let slots = |point: usize| point_slots[point].into_iter().filter(|s| *s != NO_SECOND_SLOT);
     for yarn in 0..yarns.len() {
         let range = yarns.range(yarn);
         let steps = if yarns.closed[yarn] { range.len() } else { range.len() - 1 };
@@ -114,7 +115,7 @@ fn assert_whole(run: &Run<f64>, mesh: &StitchMesh, what: &str) -> (usize, usize)
         mesh.joins.iter().flat_map(|j| [j.a, j.b]).map(|e| (e.face.0, e.edge)).collect();
     let mut loose = Vec::new();
     for point in 0..yarns.point_count() {
-        let [slot, second] = yarns.slots[point];
+        let [slot, second] = point_slots[point];
         let (batch, index, local) = scene.slot_place(slot);
         if second != NO_SECOND_SLOT || scene.stencils[batch.stencil].points[local].role != Role::Boundary {
             continue;

@@ -2,13 +2,13 @@
 
 use crate::cases::case;
 use crate::common::grid::{Wrap, grid};
-use crate::common::run::{Run, run};
+use crate::common::run::{Run, run, running};
 use crate::{MODES, options};
 use glam::DVec3;
-use knotmesh::backend::CpuBackend;
+use knotmesh::backend::{CpuBackend, Precision};
 use knotmesh::ids::FaceId;
-use knotmesh::knot::{Kernel, KnotState, Settings, Solver, Start, Status, Workspace};
-use knotmesh::math::{Scalar, V2, V3};
+use knotmesh::knot::{Given, Kernel, KnotState, Settings, Solver, Start, Status, Workspace};
+use knotmesh::math::{V2, V3};
 use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::{Mode, Role, Stencil};
 use knotmesh::template::{Coordinates, TemplateLibrary};
@@ -21,13 +21,13 @@ fn swatch() -> StitchMesh {
     })
 }
 
-fn with_gauge<T: Scalar>(mesh: &StitchMesh, mode: Mode, settings: &Settings) -> Run<T> {
+fn with_gauge<T: Precision>(mesh: &StitchMesh, mode: Mode, settings: &Settings) -> Run<T> {
     let mut options = options(mode);
     options.gauge = Some(1.0);
     run::<T>(mesh, &TemplateLibrary::embedded(), options, settings, 2)
 }
 
-fn assert_finite<T: Scalar>(run: &Run<T>, what: &str) {
+fn assert_finite<T: Precision>(run: &Run<T>, what: &str) {
     for point in 0..run.output.points.len() {
         assert!(run.output.world(point).is_finite(), "{what}: point {point} is {}", run.output.world(point));
     }
@@ -41,7 +41,7 @@ const POISON: [f64; 10] =
     [0.0, -0.0, 1e-30, -1e-30, 1e30, -1e30, 5e-324, f64::MIN_POSITIVE, 1e300, f32::MAX as f64];
 
 /// Seeded fault: positions not clamped.
-fn poisoned<T: Scalar>(seed: u64) {
+fn poisoned<T: Precision>(seed: u64) {
     let (_, mut mesh, mut random) = case(seed, 0.3);
     for _ in 0..=random.below(4) {
         let v = random.below(mesh.positions.len());
@@ -58,7 +58,7 @@ fn poisoned<T: Scalar>(seed: u64) {
 
 /// Every way to spoil one face of sixteen: the other fifteen do not notice, beyond normals at shared corners.
 /// Seeded fault: the usable mask always true.
-fn degenerate<T: Scalar>() {
+fn degenerate<T: Precision>() {
     let good = swatch();
     type Spoil = fn([DVec3; 4]) -> [DVec3; 4];
     let spoil: [(&str, Spoil, bool); 6] = [
@@ -126,7 +126,7 @@ fn an_overflowing_area_spoils_no_normal() {
 /// of the end.
 #[test]
 fn a_solve_without_a_finite_end_falls_back() {
-    fn check<T: Scalar>(huge: f64) {
+    fn check<T: Precision>(huge: f64) {
         let library = TemplateLibrary::embedded();
         let template = library.by_name("knit+").next().unwrap();
         let stencil = Stencil::new(template, Mode::Relax, Coordinates::MeanValue);
@@ -141,7 +141,10 @@ fn a_solve_without_a_finite_end_falls_back() {
             let start = KnotState { direction: V2::of(glam::DVec2::X), half_length: T::of(huge) };
             let mut state = vec![start; template.knots.len()];
             let mut points = vec![V3::zero(); stencil.points.len()];
-            let result = kernel.run(&mut work, true, &mut state, &mut points);
+            work.state.copy_from_slice(&state);
+            let given = Given { start: true, ..Given::nothing() };
+            let result = T::face(&kernel, &mut work, given).lane(0);
+            (state, points) = (work.state.clone(), work.points.clone());
             assert_eq!(result.status, Status::FellBack, "{solver:?}");
             assert!(points.iter().all(|p| p.to_f64().is_finite()));
             assert!(state.iter().all(|s| s.half_length.to_f64() == 0.0));
@@ -183,18 +186,19 @@ fn a_mesh_of_any_scale_works() {
 /// A corner that is not finite spoils the faces that have it and nothing else: the others are to the bit what
 /// they are beside a face without area. Seeded faults: normals summed over areas that are not finite, infinite
 /// corners clamped, corners not replaced.
-fn not_finite<T: Scalar>(bad: f64) {
+fn not_finite<T: Precision>(bad: f64) {
     use knotmesh::backend::{Backend, FrameOutput};
     let mesh = swatch();
     let bad_corners = mesh.face(5usize.into()).to_vec();
     let run = with_gauge::<T>(&mesh, Mode::Relax, &Settings::default());
     let frame = |positions: &[DVec3]| {
-        let mut backend = CpuBackend::<T>::new(run.scene.clone(), &Settings::default(), 2).unwrap();
+        let mut backend = CpuBackend::<T>::new(run.scene.clone(), &Settings::default(), &running(2)).unwrap();
         let mut output = FrameOutput::default();
         // The first frame sets the origin.
         backend.frame(&mesh.positions, &mut output).unwrap();
         backend.frame(positions, &mut output).unwrap();
-        (output, backend.slots().to_vec())
+        let slots = backend.slots(&output);
+        (output, slots)
     };
     let mut flat = mesh.positions.clone();
     bad_corners.iter().for_each(|v| flat[v.index()] = flat[bad_corners[0].index()]);
@@ -223,7 +227,7 @@ fn not_finite<T: Scalar>(bad: f64) {
             assert!(off < 2.0 || count == 4, "{count} at {bad}: {off} from the face");
         }
     }
-    let mut backend = CpuBackend::<T>::new(run.scene.clone(), &Settings::default(), 2).unwrap();
+    let mut backend = CpuBackend::<T>::new(run.scene.clone(), &Settings::default(), &running(2)).unwrap();
     let mut output = FrameOutput::default();
     backend.frame(&vec![DVec3::splat(bad); mesh.positions.len()], &mut output).unwrap();
     assert!(output.points.iter().all(|p| p.to_f64() == DVec3::ZERO) && output.origin == DVec3::ZERO);

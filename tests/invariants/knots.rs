@@ -1,18 +1,19 @@
 //! Invariants 6 and 8: each knot keeps eq. 4 in the plane, and the energy never ends above its start.
 
 use crate::cases::case;
+use knotmesh::backend::Precision;
 use crate::common::Random;
 use crate::solve;
 use glam::DVec3;
-use knotmesh::knot::{Kernel, KnotState, Settings, Solver, Workspace};
-use knotmesh::math::{Scalar, V2, V3};
+use knotmesh::knot::{Given, Kernel, Settings, Solver, Workspace};
+use knotmesh::math::{V2, V3};
 use knotmesh::scene::{Mode, Role, Stencil};
 use knotmesh::template::{Coordinates, TemplateLibrary};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 /// A template's face with each corner moved at random.
-fn random_face<T: Scalar>(
+fn random_face<T: Precision>(
     corners: &[glam::DVec2],
     strength: f64,
     random: &mut Random,
@@ -29,7 +30,7 @@ fn random_face<T: Scalar>(
 }
 
 /// Seeded faults: b turned the other way for one sign; controls at 0.99 r.
-fn constraints<T: Scalar>(seed: u64, beta: f64, solver: Solver) {
+fn constraints<T: Precision>(seed: u64, beta: f64, solver: Solver) {
     let mut random = Random::new(seed);
     let tolerance = if std::mem::size_of::<T>() == 4 { 2e-5 } else { 1e-12 };
     for template in TemplateLibrary::embedded().templates().iter().filter(|t| !t.knots.is_empty()) {
@@ -39,9 +40,8 @@ fn constraints<T: Scalar>(seed: u64, beta: f64, solver: Solver) {
         let mut work = Workspace::default();
         kernel.fit(&mut work);
         (work.corners, work.normals) = random_face(&template.corners, 0.4, &mut random);
-        let mut state = vec![KnotState::default(); template.knots.len()];
-        let mut points = vec![V3::zero(); stencil.points.len()];
-        let result = kernel.run(&mut work, false, &mut state, &mut points);
+        let result = T::face(&kernel, &mut work, Given::nothing()).lane(0);
+        let state = &work.state;
         if result.status == knotmesh::knot::Status::FellBack {
             continue;
         }
@@ -77,7 +77,7 @@ fn constraints<T: Scalar>(seed: u64, beta: f64, solver: Solver) {
 }
 
 /// Seeded fault: a step accepted although E rose.
-fn energy<T: Scalar>(seed: u64, strength: f64) {
+fn energy<T: Precision>(seed: u64, strength: f64) {
     let (_, mesh, _) = case(seed, strength);
     let run = solve::<T>(&mesh, &TemplateLibrary::embedded(), Mode::Relax);
     let mut fell = 0;

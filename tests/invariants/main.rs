@@ -14,8 +14,8 @@ mod yarns;
 use common::Random;
 use common::run::{Run, run};
 use glam::DVec3;
+use knotmesh::backend::Precision;
 use knotmesh::knot::Settings;
-use knotmesh::math::Scalar;
 use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::{Mode, SceneOptions};
 use knotmesh::template::{Coordinates, TemplateLibrary};
@@ -27,13 +27,13 @@ fn options(mode: Mode) -> SceneOptions {
     SceneOptions { mode, coordinates: Coordinates::MeanValue, ..SceneOptions::default() }
 }
 
-fn solve<T: Scalar>(mesh: &StitchMesh, library: &TemplateLibrary, mode: Mode) -> Run<T> {
+fn solve<T: Precision>(mesh: &StitchMesh, library: &TemplateLibrary, mode: Mode) -> Run<T> {
     run(mesh, library, options(mode), &Settings::default(), 2)
 }
 
 /// How far each point moves, in template units, when each coordinate changes by one unit in the last place of
 /// this precision: the solver's own sensitivity, which 'to rounding' is measured against.
-fn sensitivity<T: Scalar>(
+fn sensitivity<T: Precision>(
     mesh: &StitchMesh,
     library: &TemplateLibrary,
     mode: Mode,
@@ -63,7 +63,7 @@ fn sensitivity<T: Scalar>(
 /// What may remain between two runs that should agree: a hundred times the sensitivity (each of the solve's operations
 /// rounds, not the input alone), plus the rounding of
 /// results at the mesh's extent.
-fn allowed<T: Scalar>(mesh: &StitchMesh, library: &TemplateLibrary, mode: Mode, random: &mut Random) -> f64 {
+fn allowed<T: Precision>(mesh: &StitchMesh, library: &TemplateLibrary, mode: Mode, random: &mut Random) -> f64 {
     let unit = if std::mem::size_of::<T>() == 4 { 1e-6 } else { 1e-14 };
     let extent = mesh.positions.iter().map(|p| p.abs().max_element()).fold(1.0, f64::max);
     100.0 * sensitivity::<T>(mesh, library, mode, random) + unit * extent

@@ -1,12 +1,12 @@
 //! Invariants 1 to 4: the rest pose, motions, renumbering, mirroring.
 
 use crate::cases::{case, renumbered};
+use knotmesh::backend::Precision;
 use crate::common::grid::single;
 use crate::common::run::run;
 use crate::{MODES, allowed, options, solve};
 use glam::{DQuat, DVec3};
 use knotmesh::knot::{Settings, Status};
-use knotmesh::math::Scalar;
 use knotmesh::scene::Mode;
 use knotmesh::template::derive::{Operation, mirror_x_corner, mirror_x_labels, mirror_x_run};
 use knotmesh::template::{TemplateLibrary, transform};
@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 /// The rest pose gives the template. Seeded faults: rest lengths of the plane alone; affine start with l0 twice.
-fn rest_gives_template<T: Scalar>(library: &TemplateLibrary, tolerance: f64) {
+fn rest_gives_template<T: Precision>(library: &TemplateLibrary, tolerance: f64) {
     let mut with_knots = 0;
     for template in library.templates().iter().filter(|t| !t.strands.is_empty()) {
         for mode in MODES {
@@ -66,7 +66,7 @@ fn the_rest_pose_gives_the_template_of_real_libraries() {
 }
 
 /// Seeded fault: normals not turned with the mesh (t2 = t1 x n).
-fn motion<T: Scalar>(seed: u64, scale: f64) {
+fn motion<T: Precision>(seed: u64, scale: f64) {
     let (_, mesh, mut random) = case(seed, 0.3);
     let library = TemplateLibrary::embedded();
     let axis = DVec3::new(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5);
@@ -92,7 +92,7 @@ fn motion<T: Scalar>(seed: u64, scale: f64) {
 }
 
 /// Seeded fault: corners taken without their rotation in the batch.
-fn renumbering<T: Scalar>(seed: u64) {
+fn renumbering<T: Precision>(seed: u64) {
     let (_, mesh, mut random) = case(seed, 0.3);
     let library = TemplateLibrary::embedded();
     let (new, old_face) = renumbered(&mesh, &mut random);
@@ -110,7 +110,7 @@ fn renumbering<T: Scalar>(seed: u64) {
 }
 
 /// Seeded fault: control signs kept when mirroring a template.
-fn mirroring<T: Scalar>(seed: u64) {
+fn mirroring<T: Precision>(seed: u64) {
     let (_, mesh, mut random) = case(seed, 0.3);
     let library = TemplateLibrary::embedded();
     let mut mirrored_library = TemplateLibrary::default();

@@ -1,10 +1,10 @@
 //! Invariants 5 and 9: continuity across faces, and the same bytes for any number of threads.
 
 use crate::cases::case;
+use knotmesh::backend::Precision;
 use crate::common::run::run;
 use crate::{MODES, options, solve};
 use knotmesh::knot::Settings;
-use knotmesh::math::Scalar;
 use knotmesh::mesh::Join;
 use knotmesh::scene::{Mode, NO_SECOND_SLOT};
 use knotmesh::template::TemplateLibrary;
@@ -13,15 +13,15 @@ use proptest::test_runner::RngSeed;
 
 /// Seeded faults: fractions not flipped when chaining (no point is shared any more); normals per face instead
 /// of per corner group.
-fn continuity<T: Scalar>(seed: u64) {
+fn continuity<T: Precision>(seed: u64) {
     let (rest, mesh, _) = case(seed, 0.5);
     let library = TemplateLibrary::embedded();
     for mode in MODES {
         let run = solve::<T>(&mesh, &library, mode);
-        let slots = run.backend.slots();
+        let slots = run.backend.slots(&run.output);
         let tolerance = if std::mem::size_of::<T>() == 4 { 1e-5 } else { 1e-12 };
         let mut shared = 0;
-        for [a, b] in &run.scene.point_slots() {
+        for [a, b] in run.scene.point_slots() {
             if *b != NO_SECOND_SLOT {
                 let gap = (slots[*a as usize] - slots[*b as usize]).to_f64().length();
                 assert!(gap < tolerance, "the two sides of a shared point lie {gap} apart");
@@ -48,7 +48,7 @@ fn continuity<T: Scalar>(seed: u64) {
 }
 
 /// Seeded fault: normals summed in the order of a hash map.
-fn threads<T: Scalar>(seed: u64) {
+fn threads<T: Precision>(seed: u64) {
     let (_, mesh, _) = case(seed, 0.5);
     let library = TemplateLibrary::embedded();
     let bits = |threads| {
