@@ -83,11 +83,10 @@ pub trait Real:
     /// The largest whole number not above; for magnitudes below 2^22.
     #[inline(always)]
     fn floor(self) -> Self {
-        let mut out = self;
-        for lane in 0..Self::LANES {
-            out.set_lane(lane, Self::Scalar::of(self.lane(lane).to_f64().floor()));
-        }
-        out
+        // So far from 0 there are whole numbers only.
+        let far = Self::of(Self::Scalar::ONLY_WHOLE);
+        let nearest = (self + far) - far;
+        nearest - Self::select(self.lt(nearest), Self::one(), Self::zero())
     }
 
     /// 0.
@@ -104,6 +103,8 @@ pub trait Real:
 
 /// A single number.
 pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialEq + PartialOrd + bytemuck::Pod {
+    /// 1.5 times the power of two beyond which numbers have no fraction.
+    const ONLY_WHOLE: f64;
     /// The number as f64 (exact).
     fn to_f64(self) -> f64;
     /// Runs work in lanes.
@@ -111,6 +112,7 @@ pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialEq + PartialOrd + by
 }
 
 impl Scalar for f64 {
+    const ONLY_WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self
@@ -121,6 +123,7 @@ impl Scalar for f64 {
 }
 
 impl Scalar for f32 {
+    const ONLY_WHOLE: f64 = 1.5 * (1u64 << 23) as f64;
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self.into()
