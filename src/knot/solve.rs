@@ -19,10 +19,20 @@ pub enum Solver {
 
 /// 'Converged' means that a step lowered E by less than this share of it.
 const CONVERGED: f64 = 1e-10;
-/// Damping at the start, and its change after a step that lowered E and one that did not.
-/// Measured: less at the start overshoots where residuals are large, and an undone step costs as much as a good
-/// one.
-const DAMPING: f64 = 0.1;
+/// Or that it was not lower by no more than rounding leaves of E: this share of sqrt(E E0), E0 what counts as at
+/// rest. In f32 a step from a table is often too small for E to tell.
+const NOISE: f64 = 0.2;
+/// Damping of the first step from the affine start.
+/// Measured: less overshoots where residuals are large, and an undone step costs as much as a good one.
+pub const DAMPING: f64 = 0.1;
+/// Damping of the first step from a table's start: it would only throttle the step.
+pub const DAMPING_TABLE: f64 = 0.0;
+/// Damping of the first step from the previous frame's result. Measured with strains that change by 0.003 to 0.1
+/// a frame: 0.1 leaves a tenth of each error, 0 gains little more and overshoots in stacked stitches.
+pub const DAMPING_PREVIOUS: f64 = 0.01;
+/// Change of the damping after a step that lowered E and one that did not, and what it counts as at least in
+/// the latter case.
+const LEAST_DAMPING: f64 = 0.01;
 const DAMPING_AFTER_SUCCESS: f64 = 0.1;
 const DAMPING_AFTER_FAILURE: f64 = 10.0;
 
@@ -76,7 +86,7 @@ impl<T: Real> Solve<T> {
         self.frozen.resize(n, T::mask(false));
     }
 
-    /// Runs up to `iterations` steps from `state`.
+    /// Runs up to `iterations` steps from `state`; `damping` is that of the first one.
     #[inline(always)]
     pub fn run(
         &mut self,
@@ -84,9 +94,10 @@ impl<T: Real> Solve<T> {
         weights: &Weights<T>,
         solver: Solver,
         iterations: u32,
+        damping: T,
     ) -> Outcome<T> {
         match solver {
-            Solver::Safeguarded => self.safeguarded(stencil, weights, iterations),
+            Solver::Safeguarded => self.safeguarded(stencil, weights, iterations, damping),
             Solver::GaussNewton => self.gauss_newton(stencil, weights, iterations),
         }
     }
@@ -124,7 +135,13 @@ impl<T: Real> Solve<T> {
     }
 
     #[inline(always)]
-    fn safeguarded(&mut self, stencil: &Stencil<T>, weights: &Weights<T>, iterations: u32) -> Outcome<T> {
+    fn safeguarded(
+        &mut self,
+        stencil: &Stencil<T>,
+        weights: &Weights<T>,
+        iterations: u32,
+        damping: T,
+    ) -> Outcome<T> {
         let shortest = stencil.yarn_radius * T::of(0.5);
         for state in &mut self.state {
             state.half_length = state.half_length.max(shortest);
@@ -137,7 +154,7 @@ impl<T: Real> Solve<T> {
         let mut done = at_rest;
         let mut converged = T::mask(false);
         let mut steps = T::zero();
-        let mut mu = T::of(DAMPING);
+        let mut mu = damping;
         for i in 0..iterations {
             if !T::any(T::not(done)) {
                 break;
@@ -168,12 +185,15 @@ impl<T: Real> Solve<T> {
                 self.points.energy(stencil, weights)
             };
             let better = T::and(tried.lt(energy), T::not(done));
-            let small = (energy - tried).lt(T::of(CONVERGED) * energy);
-            converged = T::or(converged, T::and(better, small));
+            let small = T::and(better, (energy - tried).lt(T::of(CONVERGED) * energy));
+            // Not lower, but by no more than rounding: nothing is left to gain.
+            let noise = (energy * T::of(T::REST_ENERGY)).sqrt() * T::of(NOISE);
+            let level = T::and(T::not(better), (tried - energy).le(noise));
+            converged = T::or(converged, T::or(small, T::and(level, T::not(done))));
             steps += T::select(better, T::one(), T::zero());
             energy = T::select(better, tried, energy);
-            let factor = T::select(better, T::of(DAMPING_AFTER_SUCCESS), T::of(DAMPING_AFTER_FAILURE));
-            mu = mu * factor;
+            let more = mu.max(T::of(LEAST_DAMPING)) * T::of(DAMPING_AFTER_FAILURE);
+            mu = T::select(better, mu * T::of(DAMPING_AFTER_SUCCESS), more);
             done = T::or(done, converged);
             for (state, trial) in self.state.iter_mut().zip(&self.trial) {
                 state.direction = V2::select(better, trial.direction, state.direction);
