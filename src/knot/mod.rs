@@ -9,12 +9,16 @@ pub mod frame;
 pub mod lift;
 pub mod solve;
 pub mod start;
+pub mod table;
+pub mod tabulate;
 
 use crate::math::{Real, Scalar, V2, V3};
 use crate::scene::{Mode, Role, Stencil};
 pub use energy::Weights;
 pub use solve::Solver;
 pub use start::KnotState;
+use std::sync::Arc;
+use table::Table;
 
 /// Where a solve starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,6 +28,8 @@ pub enum Start {
     Affine,
     /// The previous frame's result.
     Previous,
+    /// The optimum of a face deformed alike, from the stitch type's [`table`].
+    Table,
 }
 
 /// How stitches are solved.
@@ -111,6 +117,7 @@ pub struct Kernel<T> {
     iterations: u32,
     beta: Option<T>,
     weights: Weights<T>,
+    table: Option<Arc<Table<T>>>,
 }
 
 /// Scratch space for faces, sized for the kernel last run.
@@ -138,7 +145,13 @@ impl<T: Scalar> Kernel<T> {
                 angle: T::of(settings.weight_angle.sqrt()),
                 length: T::of(settings.weight_length.sqrt()),
             },
+            table: None,
         }
+    }
+
+    /// Starts solves from a table, made for this stitch type and these settings.
+    pub fn with_table(self, table: Option<Arc<Table<T>>>) -> Self {
+        Self { table, ..self }
     }
 
     /// Makes room in a workspace.
@@ -184,15 +197,22 @@ impl<T: Scalar> Kernel<T> {
             frame::space_knots(stencil, beta, &mut work.solve.points.centers);
         }
         let solving = self.mode == Mode::Relax && !state.is_empty();
+        let mut damping = solve::DAMPING;
         if !solving {
             start::rigid(stencil, &mut work.solve.state);
         } else if warm && state.iter().all(|s| T::zero().lt(s.half_length)) {
             work.solve.state.copy_from_slice(state);
+            damping = solve::DAMPING_PREVIOUS;
         } else {
             start::affine(stencil, &frame, &mut work.solve.state);
+            if let Some(table) = &self.table {
+                table.correct(&frame, &mut work.solve.state);
+                damping = solve::DAMPING_TABLE;
+            }
         }
         let (outcome, mut status) = if solving {
-            let outcome = work.solve.run(stencil, &self.weights, self.solver, self.iterations);
+            let outcome =
+                work.solve.run(stencil, &self.weights, self.solver, self.iterations, T::of(damping));
             (outcome, status_of(&outcome, self.iterations))
         } else {
             (work.solve.evaluate(stencil, &self.weights), Status::Interpolated)
