@@ -1,12 +1,14 @@
 //! The CPU backend: rayon over chunks of each batch.
 
-use super::{Backend, FrameOutput};
+use super::{Backend, FrameOutput, Tables};
+use crate::knot::table::Table;
 use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start, Status, Workspace};
 use crate::math::{Scalar, V3};
 use crate::scene::{NO_SECOND_SLOT, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 /// Faces (or points) that one task works on.
@@ -20,6 +22,7 @@ const MOST_THREADS: usize = 1024;
 pub struct CpuBackend<T: Scalar> {
     scene: Arc<Scene>,
     kernels: Vec<Kernel<T>>,
+    tables: Tables,
     start: Start,
     pool: Arc<rayon::ThreadPool>,
     workspaces: Vec<Mutex<Workspace<T>>>,
@@ -37,6 +40,19 @@ impl<T: Scalar> CpuBackend<T> {
     /// # Errors
     /// Settings out of range; threads that cannot be started.
     pub fn new(scene: Arc<Scene>, settings: &Settings, threads: usize) -> Result<Self> {
+        Self::with_cache(scene, settings, threads, None)
+    }
+
+    /// The same, with a folder in which tables are kept ([`super::table_cache`]).
+    ///
+    /// # Errors
+    /// Those of [`CpuBackend::new`]; none for the folder.
+    pub fn with_cache(
+        scene: Arc<Scene>,
+        settings: &Settings,
+        threads: usize,
+        cache: Option<&Path>,
+    ) -> Result<Self> {
         for (name, value) in [
             ("beta", settings.beta),
             ("weight-angle", settings.weight_angle),
@@ -55,9 +71,15 @@ impl<T: Scalar> CpuBackend<T> {
             .num_threads(threads)
             .build()
             .map_err(|e| Error::invalid(format_args!("cannot start {threads} threads: {e}")))?;
-        let kernels = scene.stencils.iter().map(|s| Kernel::new(s, scene.mode, settings)).collect();
+        let mut tables = pool.install(|| Tables::new(&scene, settings, cache));
+        let kernel = |(s, table): (_, Option<Table<f32>>)| {
+            Kernel::new(s, scene.mode, settings).with_table(table.map(|t| Arc::new(t.cast())))
+        };
+        let of_stencil = std::mem::take(&mut tables.tables);
+        let kernels = scene.stencils.iter().zip(of_stencil).map(kernel).collect();
         Ok(Self {
             kernels,
+            tables,
             start: settings.start,
             workspaces: (0..pool.current_num_threads()).map(|_| Mutex::default()).collect(),
             pool: Arc::new(pool),
@@ -69,6 +91,11 @@ impl<T: Scalar> CpuBackend<T> {
             solved_before: false,
             scene,
         })
+    }
+
+    /// What became of the stitch types' tables; the tables themselves are with the kernels.
+    pub fn tables(&self) -> &Tables {
+        &self.tables
     }
 
     /// The face-local points of the last frame by slot, before shared boundary points are averaged; same

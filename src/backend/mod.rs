@@ -1,8 +1,11 @@
 //! Backends: a scene once, positions each frame, control points out.
 
 mod cpu;
+pub mod table_cache;
+mod tables;
 
 pub use cpu::CpuBackend;
+pub use tables::{TableReport, TableSource, Tables};
 
 use crate::Result;
 use crate::ids::FaceId;
