@@ -21,7 +21,7 @@ pub const GROUP: usize = 4;
 pub struct Grid {
     /// Steps a unit of strain.
     pub density: u32,
-    /// `[axis]` nodes below rest.
+    /// `[axis]` nodes below rest; as many as above for shear.
     pub below: [u32; 3],
     /// `[axis]` nodes above rest.
     pub above: [u32; 3],
@@ -131,7 +131,8 @@ impl<S: Scalar> Table<S> {
         let nodes = grid.node_count();
         let sizes = blocks.len() == nodes * Self::groups_of(knots) && whole.len() == nodes;
         // Places are carried as f32.
-        let fits = nodes < 1 << 22 && (0..3).all(|axis| grid.count(axis) > 1);
+        let axes = grid.below[1] == grid.above[1] && (0..3).all(|axis| grid.above[axis] > 0);
+        let fits = nodes < 1 << 22 && axes;
         (sizes && fits && knots > 0).then_some(Self { grid, knots, shortest, blocks, whole })
     }
 
@@ -200,7 +201,7 @@ impl<S: Scalar> Table<S> {
     #[inline(always)]
     pub fn correct<T: Real<Scalar = S>>(&self, frame: &Frame<T>, state: &mut [KnotState<T>]) {
         let mut simplex = Simplex::around(&self.grid, frame);
-        let whole = T::gather(&self.whole, simplex.nodes[0]);
+        let whole = T::gather(&self.whole, simplex.cell);
         simplex.leave_to_nearest(whole.lt(T::of(0.5)));
         let groups = Self::groups_of(self.knots);
         let shortest = T::splat(self.shortest);
@@ -231,10 +232,13 @@ impl<S: Scalar> Table<S> {
     }
 }
 
-/// The simplex of the grid around a deformation: of the six into which each cell is cut along the same diagonal,
-/// so that neighbours agree on what they share (Kuhn's).
+/// The simplex of the grid around a deformation: of the six into which each cell is cut along the same diagonal
+/// (Kuhn's), mirrored for negative shear; so that neighbours agree on what they share.
 struct Simplex<T> {
-    /// Nodes on the way from the lowest to the highest corner of the cell, as whole numbers.
+    /// The lowest corner of the cell.
+    cell: T,
+    /// Nodes on the way from the corner nearest to rest in shear, else lowest, to the opposite one, as whole
+    /// numbers.
     nodes: [T; 4],
     /// What a node's value and half slopes are multiplied by: barycentric weights times 1 and the steps
     /// from the node.
@@ -245,19 +249,27 @@ impl<T: Real> Simplex<T> {
     #[inline(always)]
     fn around(grid: &Grid, frame: &Frame<T>) -> Self {
         let (zero, one) = (T::zero(), T::one());
-        let strides = grid.strides().map(|s| T::of(s as f64));
-        let strains = strains(frame);
+        let mut strides = grid.strides().map(|s| T::of(s as f64));
+        let mut strains = strains(frame);
+        // Faces sheared the other way see the grid mirrored, so that mirrored stitches start alike.
+        let mirrored = strains[1].lt(zero);
+        let side = T::select(mirrored, -one, one);
+        strains[1] = strains[1].abs();
+        strides[1] = strides[1] * side;
         let mut base = zero;
         let (mut f, mut steps) = ([zero; 3], [zero; 3]);
         for a in 0..3 {
-            let last = (grid.count(a) - 1) as f64;
-            let x = strains[a] * T::of(f64::from(grid.density)) + T::of(f64::from(grid.below[a]));
-            let inside = x.max(zero).min(T::of(last));
-            let cell = inside.floor().min(T::of(last - 1.0));
+            let rest = T::of(f64::from(grid.below[a]));
+            let from = if a == 1 { zero } else { rest };
+            let x = strains[a] * T::of(f64::from(grid.density)) + from;
+            let last = T::of(f64::from(grid.above[a])) + from;
+            let inside = x.max(zero).min(last);
+            let cell = inside.floor().min(last - one);
             f[a] = inside - cell;
             steps[a] = x - cell;
-            base += cell * strides[a];
+            base += (if a == 1 { rest * side + cell } else { cell }) * strides[a];
         }
+        let lowest = base - T::select(mirrored, T::of(grid.strides()[1] as f64), zero);
         // The greatest fraction steps first; equal ones in the order of the axes.
         let [xy, xz, yz] = [f[1].le(f[0]), f[2].le(f[0]), f[2].le(f[1])];
         let [yx, zx, zy] = [xy, xz, yz].map(T::not);
@@ -272,11 +284,12 @@ impl<T: Real> Simplex<T> {
         let weights = [one - high, high - middle, middle - low, low];
         let ahead = [[zero; 3], first, last.map(|l| one - l), [one; 3]];
         Self {
+            cell: lowest,
             nodes: [base, base + stride(first), diagonal - stride(last), diagonal],
             shares: std::array::from_fn(|i| {
                 let w = weights[i];
                 let step = |a: usize| w * (steps[a] - ahead[i][a]);
-                [w, step(0), step(1), step(2)]
+                [w, step(0), step(1) * side, step(2)]
             }),
         }
     }

@@ -162,11 +162,13 @@ fn apart(a: &Optimum, b: &Optimum, by: [f64; 3], stencil: &Stencil<f64>) -> f64 
 /// Whether the branch goes unbroken through the cell above a node: all edges of its simplices.
 fn cell_is_whole(subject: Subject, grid: &Grid, node: usize, optima: &[Optimum]) -> bool {
     let low = grid.offset(node);
-    let corner = |c: usize| std::array::from_fn(|a| low[a] + (c >> a & 1) as i32);
-    if grid.node(corner(7)).is_none() {
+    if grid.node(low.map(|o| o + 1)).is_none() {
         // No cell: the node is at the upper border.
         return true;
     }
+    // Cells of negative shear are mirrored.
+    let turned = if low[1] < 0 { 0b010 } else { 0 };
+    let corner = |c: usize| std::array::from_fn(|a| low[a] + ((c ^ turned) >> a & 1) as i32);
     let at = |c: usize| &optima[grid.node(corner(c)).unwrap_or(node)];
     (0..8).all(|a| at(a).sound)
         && (0..8).all(|a| {
