@@ -1,6 +1,8 @@
 //! Tables of optima: what is looked up, in every precision and width, and the cache.
 //!
-//! Seeded faults, each seen red: PLACEHOLDER
+//! Seeded faults, each seen red: every lane takes the first one's shares (lanes), the simplex's last axis wrong
+//! (continuity, rest), cells of negative shear not mirrored (mirror), no weight of lengths in the key (keys,
+//! rebuilding), the hash not compared (damaged files, rebuilding).
 
 mod common;
 
