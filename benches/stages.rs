@@ -106,7 +106,8 @@ fn c_place<T: Scalar>(bencher: Bencher) {
 #[divan::bench(types = [f32, f64])]
 fn d_energy<T: Scalar>(bencher: Bencher) {
     let mut face = Face::<T>::new();
-    bencher.bench_local(|| face.points.energy(black_box(&face.stencil), black_box(&face.weights), &face.state));
+    bencher
+        .bench_local(|| face.points.energy(black_box(&face.stencil), black_box(&face.weights), &face.state));
 }
 
 #[divan::bench(types = [f32, f64])]

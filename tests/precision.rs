@@ -51,9 +51,7 @@ fn solve<T: Precision>(scene: &Arc<Scene>, first: &[DVec3], positions: &[DVec3])
         }
         for i in 0..batch.faces.len() {
             let begin = batch.first_slot + i * count;
-            faces
-                .points
-                .push(slots[begin..begin + count].iter().map(|p: &V3<T>| p.to_f64()).collect());
+            faces.points.push(slots[begin..begin + count].iter().map(|p: &V3<T>| p.to_f64()).collect());
             faces.energy.push(output.faces[batch.first_face + i].energy.to_f64());
         }
     }

@@ -106,7 +106,9 @@ fn a_warm_start_saves_steps() {
     let scene = Arc::new(compile(&mesh));
     let energy = |start: Start| {
         let settings = Settings { start, iterations: 1, ..Settings::default() };
-        let mut backend = CpuBackend::<f64>::new(scene.clone(), &settings, &Running { threads: 1, ..Running::default() }).unwrap();
+        let mut backend =
+            CpuBackend::<f64>::new(scene.clone(), &settings, &Running { threads: 1, ..Running::default() })
+                .unwrap();
         let mut output = FrameOutput::default();
         for frame in 0..20 {
             let stretch = 1.0 + 0.03 * f64::from(frame);

@@ -4,13 +4,15 @@ use super::scatter::Scatter;
 use super::skip::{Known, Skip, Skipped};
 use super::surface::{Surface, stand_in};
 use super::work::{Bench, CHUNK, Chunk, Precision, Task};
-use super::{Backend, FrameOutput};
+use super::{Backend, FrameOutput, Tables};
+use crate::knot::table::Table;
 use crate::knot::{FaceResult, Given, Kernel, KnotState, Settings, Start, Status, Workspace};
 use crate::math::{V2, V3, Width};
 use crate::scene::{Scene, StrandEnd};
 use crate::{Error, Result};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
 
@@ -34,8 +36,9 @@ pub struct Running {
 #[derive(Debug)]
 pub struct CpuBackend<T: Precision> {
     scene: Arc<Scene>,
-    /// `[batch]`
+    /// `[batch]`, each of a stencil of its own
     kernels: Vec<Kernel<T>>,
+    tables: Tables,
     start: Start,
     running: Running,
     pool: Arc<rayon::ThreadPool>,
@@ -62,6 +65,19 @@ impl<T: Precision> CpuBackend<T> {
     /// # Errors
     /// Settings out of range; threads that cannot be started.
     pub fn new(scene: Arc<Scene>, settings: &Settings, running: &Running) -> Result<Self> {
+        Self::with_cache(scene, settings, running, None)
+    }
+
+    /// The same, with a folder in which tables are kept ([`super::table_cache`]).
+    ///
+    /// # Errors
+    /// Those of [`CpuBackend::new`]; none for the folder.
+    pub fn with_cache(
+        scene: Arc<Scene>,
+        settings: &Settings,
+        running: &Running,
+        cache: Option<&Path>,
+    ) -> Result<Self> {
         for (name, value) in [
             ("beta", settings.beta),
             ("weight-angle", settings.weight_angle),
@@ -82,16 +98,18 @@ impl<T: Precision> CpuBackend<T> {
             .num_threads(threads)
             .build()
             .map_err(|e| Error::invalid(format_args!("cannot start {threads} threads: {e}")))?;
-        let kernels: Vec<_> = scene
-            .batches
-            .iter()
-            .map(|b| Kernel::new(&scene.stencils[b.stencil], scene.mode, settings))
-            .collect();
+        let mut tables = pool.install(|| Tables::new(&scene, settings, cache));
+        let kernel = |(s, table): (_, Option<Table<f32>>)| {
+            Kernel::new(s, scene.mode, settings).with_table(table.map(|t| Arc::new(t.cast())))
+        };
+        let of_stencil = std::mem::take(&mut tables.tables);
+        let kernels: Vec<_> = scene.stencils.iter().zip(of_stencil).map(kernel).collect();
         let rests = scene.batches.iter().zip(&kernels);
         let rests = rests.map(|(b, k)| running.skip.rest.then(|| at_rest(&scene, b.stencil, k)).flatten());
         Ok(Self {
             rests: rests.collect(),
             kernels,
+            tables,
             start: settings.start,
             running: *running,
             benches: (0..pool.current_num_threads()).map(|_| Mutex::default()).collect(),
@@ -106,6 +124,11 @@ impl<T: Precision> CpuBackend<T> {
             stamp: 0,
             scene,
         })
+    }
+
+    /// What became of the stitch types' tables; the tables themselves are with the kernels.
+    pub fn tables(&self) -> &Tables {
+        &self.tables
     }
 
     /// The face-local points of the last frame by slot, before shared boundary points are averaged; same

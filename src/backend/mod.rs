@@ -4,10 +4,13 @@ mod cpu;
 mod scatter;
 mod skip;
 mod surface;
+pub mod table_cache;
+mod tables;
 mod work;
 
 pub use cpu::{CpuBackend, Running};
 pub use skip::{Skip, Skipped};
+pub use tables::{TableReport, TableSource, Tables};
 pub use work::Precision;
 
 use crate::Result;

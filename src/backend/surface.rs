@@ -57,7 +57,8 @@ impl<T: Scalar> Surface<T> {
             let (mut some, mut marked) = (false, false);
             for ((l, moved), p) in local.iter_mut().zip(moved).zip(positions) {
                 // One that is not finite is marked, for clamping would make it so.
-                let new = if p.is_finite() { ((*p - origin) * scale).clamp(-limit, limit) } else { DVec3::NAN };
+                let new =
+                    if p.is_finite() { ((*p - origin) * scale).clamp(-limit, limit) } else { DVec3::NAN };
                 let new = V3::of(new);
                 *moved = first || new != *l;
                 *l = new;

@@ -149,7 +149,9 @@ impl<T: Scalar> Chunk<'_, '_, T> {
         let surface = self.task.surface;
         corners.iter().any(|v| surface.moved[*v as usize])
             || match &self.task.scene.corner_groups {
-                Some(groups) => corners.iter().any(|v| surface.turned[groups.of_vertex[*v as usize] as usize]),
+                Some(groups) => {
+                    corners.iter().any(|v| surface.turned[groups.of_vertex[*v as usize] as usize])
+                }
                 None => surface.bent[self.task.batch.faces[index].index()],
             }
     }

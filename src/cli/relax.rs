@@ -4,7 +4,7 @@ use super::inputs::{self, Rename};
 use super::progress::Progress;
 use super::report::{self, FrameReport, Inputs, Report, Seconds};
 use super::{Console, Ending};
-use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Precision, Running};
+use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Precision, Running, table_cache};
 use knotmesh::curve::{CurveExtras, FrameCurves, UNIFORM_SUBDIVISION};
 use knotmesh::ids::FaceId;
 use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_writer};
@@ -44,7 +44,8 @@ pub struct Arguments {
     /// safeguarded never raises the energy; gauss-newton is the plain iteration of Huang et al. 2025.
     #[arg(long, value_enum, default_value = "safeguarded")]
     pub solver: SolverName,
-    /// Where each solve starts: the template deformed with the face, or the previous frame.
+    /// Where each solve starts: the template deformed with the face, the previous frame, or a table of optima of
+    /// each stitch type (built once, kept in the user's cache folder or in KNOTMESH_CACHE).
     #[arg(long, value_enum, default_value = "affine")]
     pub start: StartName,
     /// Steps of the solve.
@@ -110,7 +111,7 @@ macro_rules! names {
 }
 names!(ModeName -> Mode { Relax => Mode::Relax, Knots => Mode::Knots, Embed => Mode::Embed });
 names!(SolverName -> Solver { Safeguarded => Solver::Safeguarded, GaussNewton => Solver::GaussNewton });
-names!(StartName -> Start { Affine => Start::Affine, Previous => Start::Previous });
+names!(StartName -> Start { Affine => Start::Affine, Previous => Start::Previous, Table => Start::Table });
 names!(CoordinatesName -> Coordinates { MeanValue => Coordinates::MeanValue, Wachspress => Coordinates::Wachspress });
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
@@ -267,7 +268,13 @@ impl Job<'_> {
             weight_length: arguments.weight_length,
         };
         let running = Running { threads: arguments.threads, ..Running::default() };
-        let mut backend = CpuBackend::<T>::new(self.scene.clone(), &settings, &running)?;
+        let began = Instant::now();
+        let (scene, cache) = (self.scene.clone(), table_cache::folder());
+        let mut backend = CpuBackend::<T>::with_cache(scene, &settings, &running, cache.as_deref())?;
+        self.seconds.tables = began.elapsed().as_secs_f64();
+        if let Some(note) = &backend.tables().note {
+            self.console.say(format_args!("tables are not kept: {note}"));
+        }
         let mut source = match &arguments.frames {
             Some(pattern) => Some(Frames::open(pattern, self.scene.vertex_count)?),
             None => None,
@@ -329,7 +336,9 @@ impl Job<'_> {
         if let Some(path) = &arguments.report {
             self.seconds.total = self.began.elapsed().as_secs_f64();
             let (inputs, seconds) = (self.inputs, self.seconds);
-            Report { inputs, frames: reports, peak_memory_bytes: peak_memory, files, seconds }.write(path)?;
+            let tables = backend.tables().reports.clone();
+            Report { inputs, tables, frames: reports, peak_memory_bytes: peak_memory, files, seconds }
+                .write(path)?;
         }
         Ok(if fell_back.is_empty() || arguments.allow_degenerate { Ending::Done } else { Ending::FellBack })
     }

@@ -1,7 +1,7 @@
 //! `--report`: what a run did, as JSON.
 
 use super::relax::Arguments;
-use knotmesh::backend::FrameOutput;
+use knotmesh::backend::{FrameOutput, TableReport};
 use knotmesh::curve::FrameCurves;
 use knotmesh::ids::FaceId;
 use knotmesh::io::output::Output;
@@ -25,6 +25,8 @@ pub struct Report {
     /// What was read and compiled.
     #[serde(flatten)]
     pub inputs: Inputs,
+    /// One per stitch type with a table.
+    pub tables: Vec<TableReport>,
     /// One per frame.
     pub frames: Vec<FrameReport>,
     /// Most memory held at once before anything was measured, where the system tells (Linux).
@@ -106,6 +108,7 @@ impl Inputs {
 pub struct Seconds {
     pub parse: f64,
     pub compile: f64,
+    pub tables: f64,
     pub read_frames: f64,
     pub solve: f64,
     pub write: f64,

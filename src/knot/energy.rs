@@ -190,8 +190,7 @@ impl<T: Real> Points<T> {
         let mut energy = self.fixed_energy(stencil, weights);
         for (own, (length, inverse)) in terms.own_lengths.iter().zip(&self.own) {
             let l = state[own.knot as usize].half_length;
-            energy +=
-                sums::add_own_length(own, weights.length, l, (*length, *inverse), &mut sums);
+            energy += sums::add_own_length(own, weights.length, l, (*length, *inverse), &mut sums);
         }
         for own in &terms.own_cosines {
             let of = &terms.own_lengths[own.length as usize];

@@ -10,6 +10,8 @@ pub mod lift;
 pub mod solve;
 pub mod start;
 mod sums;
+pub mod table;
+pub mod tabulate;
 
 use crate::math::{Real, Scalar, V2, V3};
 use crate::scene::{Mode, Role, Stencil};
@@ -17,6 +19,8 @@ pub use energy::Weights;
 pub use frame::Frame;
 pub use solve::Solver;
 pub use start::KnotState;
+use std::sync::Arc;
+use table::Table;
 
 /// Where a solve starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,6 +30,8 @@ pub enum Start {
     Affine,
     /// The previous frame's result.
     Previous,
+    /// The optimum of a face deformed alike, from the stitch type's [`table`].
+    Table,
 }
 
 /// How stitches are solved.
@@ -67,7 +73,7 @@ pub enum Status {
     Interpolated = 0,
     /// All steps were made.
     Stepped = 1,
-    /// A step lowered the energy by less than 1e-10 of it.
+    /// A step lowered the energy by next to nothing: see [`Real::CONVERGED`].
     Converged = 2,
     /// The start is at rest: no step was needed.
     AtRest = 3,
@@ -116,6 +122,7 @@ pub struct Kernel<S> {
     iterations: u32,
     beta: Option<S>,
     weights: Weights<S>,
+    table: Option<Arc<Table<S>>>,
 }
 
 /// Scratch space for the kernels of one thread: what a run is given, and what it leaves. A face a lane.
@@ -200,7 +207,13 @@ impl<S: Scalar> Kernel<S> {
                 angle: S::of(settings.weight_angle.sqrt()),
                 length: S::of(settings.weight_length.sqrt()),
             },
+            table: None,
         }
+    }
+
+    /// Starts solves from a table, made for this stitch type and these settings.
+    pub fn with_table(self, table: Option<Arc<Table<S>>>) -> Self {
+        Self { table, ..self }
     }
 
     /// Makes room in a workspace.
@@ -260,17 +273,18 @@ impl<S: Scalar> Kernel<S> {
         let solves = self.solves();
         let left = solves && T::any(T::not(given.solved));
         let weights = Weights { angle: T::splat(self.weights.angle), length: T::splat(self.weights.length) };
+        let mut damping = T::zero();
         if left {
-            self.start(work, &frame, given);
+            damping = self.start(work, &frame, given);
         } else if !solves {
             start::rigid(stencil, &mut work.solve.state);
         }
         let outcome = if left {
-            work.solve.run(stencil, &weights, self.solver, self.iterations)
+            work.solve.run(stencil, &weights, self.solver, self.iterations, damping)
         } else if solves {
             solve::Outcome::none()
         } else {
-            work.solve.evaluate(stencil, &weights)
+            work.solve.run(stencil, &weights, Solver::GaussNewton, 0, T::zero())
         };
         if solves && T::any(given.solved) {
             for (state, earlier) in work.solve.state.iter_mut().zip(&work.state) {
@@ -300,10 +314,15 @@ impl<S: Scalar> Kernel<S> {
         self.mode == Mode::Relax && self.stencil.knot_count() > 0
     }
 
-    /// Puts the solve's start in place.
+    /// Puts the solve's start in place; gives the damping of its first step.
     #[inline(always)]
-    fn start<T: Real<Scalar = S>>(&self, work: &mut Workspace<T>, frame: &Frame<T>, given: Given<T>) {
+    fn start<T: Real<Scalar = S>>(&self, work: &mut Workspace<T>, frame: &Frame<T>, given: Given<T>) -> T {
         start::affine(&self.stencil, frame, &mut work.solve.state);
+        let mut damping = T::of(solve::DAMPING);
+        if let Some(table) = &self.table {
+            table.correct(frame, &mut work.solve.state);
+            damping = T::of(solve::DAMPING_TABLE);
+        }
         if given.start {
             let mut known = T::mask(true);
             for state in &work.state {
@@ -312,7 +331,9 @@ impl<S: Scalar> Kernel<S> {
             for (state, earlier) in work.solve.state.iter_mut().zip(&work.state) {
                 *state = KnotState::select(known, *earlier, *state);
             }
+            damping = T::select(known, T::of(solve::DAMPING_PREVIOUS), damping);
         }
+        damping
     }
 
     /// Interpolates the faces that are not sound.

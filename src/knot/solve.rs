@@ -17,10 +17,21 @@ pub enum Solver {
     GaussNewton,
 }
 
-/// Damping at the start, and its change after a step that lowered E and one that did not.
-/// Measured: less at the start overshoots where residuals are large, and an undone step costs as much as a good
-/// one.
-const DAMPING: f64 = 0.1;
+/// 'Converged' means that a step lowered E by less than [`Real::CONVERGED`] says, or that it was not lower by no
+/// more than rounding leaves of E: this share of sqrt(E E0), E0 what counts as at rest. In f32 a step from a table
+/// is often too small for E to tell.
+const NOISE: f64 = 0.2;
+/// Damping of the first step from the affine start.
+/// Measured: less overshoots where residuals are large, and an undone step costs as much as a good one.
+pub const DAMPING: f64 = 0.1;
+/// Damping of the first step from a table's start: it would only throttle the step.
+pub const DAMPING_TABLE: f64 = 0.0;
+/// Damping of the first step from the previous frame's result. Measured with strains that change by 0.003 to 0.1
+/// a frame: 0.1 leaves a tenth of each error, 0 gains little more and overshoots in stacked stitches.
+pub const DAMPING_PREVIOUS: f64 = 0.01;
+/// Change of the damping after a step that lowered E and one that did not, and what it counts as at least in
+/// the latter case.
+const LEAST_DAMPING: f64 = 0.01;
 const DAMPING_AFTER_SUCCESS: f64 = 0.1;
 const DAMPING_AFTER_FAILURE: f64 = 10.0;
 
@@ -35,9 +46,6 @@ pub struct Solve<T: Real> {
     a: Vec<T>,
     c: Vec<T>,
     b: Vec<T>,
-    trial_a: Vec<T>,
-    trial_c: Vec<T>,
-    trial_b: Vec<T>,
     factor: Vec<T>,
     step: Vec<T>,
     frozen: Vec<T::Mask>,
@@ -52,7 +60,7 @@ pub struct Outcome<T: Real> {
     pub end: T,
     /// Whether it stood at rest already.
     pub at_rest: T::Mask,
-    /// Whether the last step lowered E by less than 1e-10 of it.
+    /// Whether the last step lowered E by next to nothing: see [`Real::CONVERGED`].
     pub converged: T::Mask,
     /// Steps that changed the state.
     pub steps: T,
@@ -74,16 +82,16 @@ impl<T: Real> Solve<T> {
         self.points.fit(stencil);
         self.state.resize(k, KnotState::default());
         self.trial.resize(k, KnotState::default());
-        for matrix in [&mut self.a, &mut self.c, &mut self.trial_a, &mut self.trial_c, &mut self.factor] {
+        for matrix in [&mut self.a, &mut self.c, &mut self.factor] {
             matrix.resize(n * n, T::zero());
         }
-        for vector in [&mut self.b, &mut self.trial_b, &mut self.step] {
+        for vector in [&mut self.b, &mut self.step] {
             vector.resize(n, T::zero());
         }
         self.frozen.resize(n, T::mask(false));
     }
 
-    /// Runs up to `iterations` steps from `state`.
+    /// Runs up to `iterations` steps from `state`; `damping` is that of the first one.
     #[inline(always)]
     pub fn run(
         &mut self,
@@ -91,104 +99,83 @@ impl<T: Real> Solve<T> {
         weights: &Weights<T>,
         solver: Solver,
         iterations: u32,
+        damping: T,
     ) -> Outcome<T> {
         let safe = solver == Solver::Safeguarded;
         let shortest = T::splat(stencil.yarn_radius) * T::of(0.5);
-        self.trial.copy_from_slice(&self.state);
         if safe {
-            for trial in &mut self.trial {
-                trial.half_length = trial.half_length.max(shortest);
+            for state in &mut self.state {
+                state.half_length = state.half_length.max(shortest);
             }
         }
         self.frozen.fill(T::mask(false));
         let mut outcome = Outcome::none();
         let mut done = T::mask(false);
-        let mut mu = if safe { T::of(DAMPING) } else { T::zero() };
-        // The first trial is the start itself, and the last needs no more than its energy.
-        for i in 0..=iterations {
-            self.points.place(stencil, &self.trial);
-            let tried = if i < iterations {
-                let (a, c, b) = (&mut self.trial_a, &mut self.trial_c, &mut self.trial_b);
-                let c = if safe { Some(&mut c[..]) } else { None };
-                self.points.assemble(stencil, weights, &self.trial, (a, c, b))
-            } else {
-                self.points.energy(stencil, weights, &self.trial)
-            };
-            let better = if i == 0 {
-                outcome.start = tried;
-                outcome.end = tried;
+        let mut mu = if safe { damping } else { T::zero() };
+        for i in 0..iterations {
+            self.place(stencil);
+            let energy = self.assemble(stencil, weights, safe);
+            if i == 0 {
+                outcome.start = energy;
+                outcome.end = energy;
                 if safe {
-                    outcome.at_rest = tried.le(T::of(T::REST_ENERGY));
+                    outcome.at_rest = energy.le(T::of(T::REST_ENERGY));
                     done = outcome.at_rest;
                 }
-                T::mask(true)
-            } else if safe {
-                let better = T::and(tried.lt(outcome.end), T::not(done));
-                let small = (outcome.end - tried).lt(T::of(T::CONVERGED) * outcome.end);
-                outcome.converged = T::or(outcome.converged, T::and(better, small));
-                let success = T::of(DAMPING_AFTER_SUCCESS);
-                mu = mu * T::select(better, success, T::of(DAMPING_AFTER_FAILURE));
-                done = T::or(done, outcome.converged);
-                better
-            } else {
-                T::mask(true)
-            };
-            if i > 0 {
-                outcome.steps += T::select(better, T::one(), T::zero());
             }
-            outcome.end = T::select(better, tried, outcome.end);
-            self.take(better, i < iterations, safe);
-            if i == iterations || !T::any(T::not(done)) {
+            if !T::any(T::not(done)) {
                 break;
             }
             if safe {
                 self.freeze(shortest);
             }
             self.step(mu, safe);
-            if safe {
-                for trial in &mut self.trial {
-                    trial.half_length = trial.half_length.max(shortest);
-                }
+            if !safe {
+                self.state.copy_from_slice(&self.trial);
+                outcome.steps += T::one();
+                continue;
+            }
+            for trial in &mut self.trial {
+                trial.half_length = trial.half_length.max(shortest);
+            }
+            self.points.place(stencil, &self.trial);
+            let tried = self.points.energy(stencil, weights, &self.trial);
+            let better = T::and(tried.lt(outcome.end), T::not(done));
+            let little = T::of(T::CONVERGED) * outcome.end + T::of(T::CONVERGED_BELOW);
+            let small = T::and(better, (outcome.end - tried).lt(little));
+            // Not lower, but by no more than rounding: nothing is left to gain.
+            let noise = (outcome.end * T::of(T::REST_ENERGY)).sqrt() * T::of(NOISE);
+            let level = T::and(T::not(better), (tried - outcome.end).le(noise));
+            let level = T::and(level, T::not(done));
+            outcome.converged = T::or(outcome.converged, T::or(small, level));
+            let more = mu.max(T::of(LEAST_DAMPING)) * T::of(DAMPING_AFTER_FAILURE);
+            mu = T::select(better, mu * T::of(DAMPING_AFTER_SUCCESS), more);
+            done = T::or(done, outcome.converged);
+            outcome.steps += T::select(better, T::one(), T::zero());
+            outcome.end = T::select(better, tried, outcome.end);
+            for (state, trial) in self.state.iter_mut().zip(&self.trial) {
+                *state = KnotState::select(better, *trial, *state);
             }
         }
         self.place(stencil);
+        if !safe || iterations == 0 {
+            outcome.end = self.points.energy(stencil, weights, &self.state);
+            outcome.start = if iterations == 0 { outcome.end } else { outcome.start };
+        }
         outcome
+    }
+
+    /// The normal equations at the state.
+    #[inline(always)]
+    fn assemble(&mut self, stencil: &Stencil<T::Scalar>, weights: &Weights<T>, curved: bool) -> T {
+        let c = if curved { Some(&mut self.c[..]) } else { None };
+        self.points.assemble(stencil, weights, &self.state, (&mut self.a, c, &mut self.b))
     }
 
     /// Puts the points where the state says.
     #[inline(always)]
     pub fn place(&mut self, stencil: &Stencil<T::Scalar>) {
         self.points.place(stencil, &self.state);
-    }
-
-    /// The energy of the state as it is.
-    #[inline(always)]
-    pub fn evaluate(&mut self, stencil: &Stencil<T::Scalar>, weights: &Weights<T>) -> Outcome<T> {
-        self.place(stencil);
-        let energy = self.points.energy(stencil, weights, &self.state);
-        Outcome { start: energy, end: energy, ..Outcome::none() }
-    }
-
-    /// Takes the trial over where it is better; its matrices too, where there are any.
-    #[inline(always)]
-    fn take(&mut self, better: T::Mask, assembled: bool, curved: bool) {
-        for (state, trial) in self.state.iter_mut().zip(&self.trial) {
-            *state = KnotState::select(better, *trial, *state);
-        }
-        if !assembled {
-            return;
-        }
-        for (old, new) in self.a.iter_mut().zip(&self.trial_a) {
-            *old = T::select(better, *new, *old);
-        }
-        for (old, new) in self.b.iter_mut().zip(&self.trial_b) {
-            *old = T::select(better, *new, *old);
-        }
-        if curved {
-            for (old, new) in self.c.iter_mut().zip(&self.trial_c) {
-                *old = T::select(better, *new, *old);
-            }
-        }
     }
 
     /// A half-length at its bound stays there while E falls towards shorter ones.

@@ -49,23 +49,17 @@ pub(super) fn add_own_cosine<T: Real>(
 }
 
 #[inline(always)]
-fn add_own<T: Real>(
-    knot: u32,
-    count: T,
-    w: T,
-    (r, slope, second): (T, T, T),
-    sums: &mut Sums<T>,
-) -> T {
+fn add_own<T: Real>(knot: u32, count: T, w: T, (r, slope, second): (T, T, T), sums: &mut Sums<T>) -> T {
     let i = 2 * knot as usize + 1;
     let at = i * sums.b.len() + i;
     let row = w * slope;
-    let (counted, curved) = (count * row, count * r);
+    let counted = count * row;
     sums.b[i] += counted * r;
     sums.a[at] += counted * row;
     if sums.curved {
-        sums.c[at] += curved * (w * second);
+        sums.c[at] += count * r * (w * second);
     }
-    curved * r
+    count * (r * r)
 }
 
 /// A term whose points' codes are looked up as it runs.

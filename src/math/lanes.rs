@@ -203,6 +203,7 @@ impl<S: Instructions> Real for Lanes<S> {
     const LANES: usize = S::F32_LANES;
     const REST_ENERGY: f64 = f32::REST_ENERGY;
     const CONVERGED: f64 = f32::CONVERGED;
+    const CONVERGED_BELOW: f64 = f32::CONVERGED_BELOW;
 
     #[inline(always)]
     fn of(x: f64) -> Self {

@@ -32,8 +32,10 @@ pub trait Real:
 
     /// Energies at or below this are zero to rounding: the stitch is at rest.
     const REST_ENERGY: f64;
-    /// A solve has converged when a step lowers the energy by less than this share of it.
+    /// A solve has converged when a step lowers the energy by less than this share of it, ...
     const CONVERGED: f64;
+    /// ... and this much: what a step of about 1e-4 r changes, in f32.
+    const CONVERGED_BELOW: f64;
 
     /// Rounds to this precision.
     fn of(x: f64) -> Self;
@@ -85,11 +87,10 @@ pub trait Real:
     /// The largest whole number not above; for magnitudes below 2^22.
     #[inline(always)]
     fn floor(self) -> Self {
-        let mut out = self;
-        for lane in 0..Self::LANES {
-            out.set_lane(lane, Self::Scalar::of(self.lane(lane).to_f64().floor()));
-        }
-        out
+        // So far from 0 there are whole numbers only.
+        let far = Self::of(Self::Scalar::ONLY_WHOLE);
+        let nearest = (self + far) - far;
+        nearest - Self::select(self.lt(nearest), Self::one(), Self::zero())
     }
 
     /// 0.
@@ -106,6 +107,8 @@ pub trait Real:
 
 /// A single number.
 pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialEq + PartialOrd + bytemuck::Pod {
+    /// 1.5 times the power of two beyond which numbers have no fraction.
+    const ONLY_WHOLE: f64;
     /// The number as f64 (exact).
     fn to_f64(self) -> f64;
     /// Runs work in lanes.
@@ -113,6 +116,7 @@ pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialEq + PartialOrd + by
 }
 
 impl Scalar for f64 {
+    const ONLY_WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self
@@ -123,6 +127,7 @@ impl Scalar for f64 {
 }
 
 impl Scalar for f32 {
+    const ONLY_WHOLE: f64 = 1.5 * (1u64 << 23) as f64;
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self.into()
@@ -139,7 +144,8 @@ macro_rules! scalar {
             type Scalar = $t;
             const LANES: usize = 1;
             const REST_ENERGY: f64 = $rest;
-            const CONVERGED: f64 = $converged;
+            const CONVERGED: f64 = $converged.0;
+            const CONVERGED_BELOW: f64 = $converged.1;
 
             #[inline(always)]
             fn of(x: f64) -> Self {
@@ -219,6 +225,7 @@ macro_rules! scalar {
 }
 
 // Rounding leaves about (27 residuals) x 100 x (a few units in the last place)^2 behind.
-scalar!(f64, 1e-26, 1e-10);
-// Energies are sums of some 30 residuals: below 1e-6 of them, f32 steps are rounding.
-scalar!(f32, 1e-10, 1e-6);
+scalar!(f64, 1e-26, (1e-10, 0.0));
+// In f32 steps that change less than 1e-6 of E are rounding. Of ten times that, a Newton step leaves an error of
+// some 1e-4 r.
+scalar!(f32, 1e-10, (1e-5, 1e-8));

@@ -1,6 +1,8 @@
 //! How near a solve comes to the optimum: one stitch under an affine deformation, run from any start.
 
 use crate::backend::Precision;
+use crate::knot::table::{Grid, Table};
+use crate::knot::tabulate::{Subject, tabulate};
 use crate::knot::{FaceResult, Given, Kernel, KnotState, Settings, Solver, Workspace};
 use crate::math::{Scalar, V2, V3};
 use crate::scene::{Mode, Stencil};
@@ -74,7 +76,21 @@ impl Trial {
         deformation: &Deformation,
         start: Option<&[KnotState<T>]>,
     ) -> Solved<T> {
-        let kernel = Kernel::<T>::new(&self.stencil, Mode::Relax, settings);
+        self.run_kernel(&Kernel::new(&self.stencil, Mode::Relax, settings), deformation, start)
+    }
+
+    /// The table of the stitch type under the settings' weights and spacing; `None` without knots.
+    pub fn table(&self, settings: &Settings, grid: &Grid) -> Option<Table<f32>> {
+        tabulate(Subject::new(&self.stencil, &self.template.corners, settings), grid)
+    }
+
+    /// [`Trial::run`] with a kernel made for this stitch type.
+    pub fn run_kernel<T: Precision>(
+        &self,
+        kernel: &Kernel<T>,
+        deformation: &Deformation,
+        start: Option<&[KnotState<T>]>,
+    ) -> Solved<T> {
         let mut work = Workspace::default();
         kernel.fit(&mut work);
         let first = self.template.corners[0];
@@ -85,7 +101,7 @@ impl Trial {
         }
         let given = Given { start: start.is_some(), ..Given::nothing() };
         work.state.copy_from_slice(start.unwrap_or(&vec![KnotState::default(); self.stencil.knot_count()]));
-        let result = T::face(&kernel, &mut work, given).lane(0);
+        let result = T::face(kernel, &mut work, given).lane(0);
         let points = kernel.plane_points(&work).0.to_vec();
         Solved { result, state: work.state, points }
     }

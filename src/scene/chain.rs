@@ -190,11 +190,8 @@ fn link(
 }
 
 fn walk(strands: &Strands, links: &[u32], count: u32) -> Yarns {
-    let mut yarns = Yarns {
-        offsets: vec![0],
-        strands: vec![StrandPlace::default(); count as usize],
-        ..Yarns::default()
-    };
+    let mut yarns =
+        Yarns { offsets: vec![0], strands: vec![StrandPlace::default(); count as usize], ..Yarns::default() };
     let mut seen = vec![false; count as usize];
     let mut path: Vec<u32> = Vec::new();
     for lowest in 0..count {
@@ -321,7 +318,8 @@ pub(super) fn point_slots(scene: &Scene) -> Vec<[u32; 2]> {
     for batch in &scene.batches {
         let stencil = &scene.stencils[batch.stencil];
         let count = stencil.strand_offsets.len() - 1;
-        for (i, place) in yarns.strands[batch.first_strand..][..batch.faces.len() * count].iter().enumerate() {
+        for (i, place) in yarns.strands[batch.first_strand..][..batch.faces.len() * count].iter().enumerate()
+        {
             let (face, s) = (i / count, i % count);
             let [begin, end] = [0, 1].map(|k| stencil.strand_offsets[s + k]);
             let first = batch.first_slot + face * stencil.points.len() + begin;

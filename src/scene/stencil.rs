@@ -131,13 +131,7 @@ impl Stencil<f64> {
         }
         self.strand_offsets.push(self.points.len());
 
-        self.terms.add_strand(
-            &self.points,
-            first,
-            &rest,
-            &self.knot_half_length,
-            template.yarn_radius,
-        );
+        self.terms.add_strand(&self.points, first, &rest, &self.knot_half_length, template.yarn_radius);
     }
 
     /// The same stencil in another precision.

@@ -24,7 +24,8 @@ pub fn run<T: Precision>(
     threads: usize,
 ) -> Run<T> {
     let scene = Arc::new(Scene::compile(mesh, library, options).expect("compiles"));
-    let mut backend = CpuBackend::new(scene.clone(), settings, &running(threads)).expect("settings are in range");
+    let mut backend =
+        CpuBackend::new(scene.clone(), settings, &running(threads)).expect("settings are in range");
     let mut output = FrameOutput::default();
     backend.frame(&mesh.positions, &mut output).expect("positions are finite");
     Run { scene, backend, output }

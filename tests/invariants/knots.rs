@@ -1,10 +1,10 @@
 //! Invariants 6 and 8: each knot keeps eq. 4 in the plane, and the energy never ends above its start.
 
 use crate::cases::case;
-use knotmesh::backend::Precision;
 use crate::common::Random;
 use crate::solve;
 use glam::DVec3;
+use knotmesh::backend::Precision;
 use knotmesh::knot::{Given, Kernel, Settings, Solver, Workspace};
 use knotmesh::math::{V2, V3};
 use knotmesh::scene::{Mode, Role, Stencil};

@@ -63,7 +63,12 @@ fn sensitivity<T: Precision>(
 /// What may remain between two runs that should agree: a hundred times the sensitivity (each of the solve's operations
 /// rounds, not the input alone), plus the rounding of
 /// results at the mesh's extent.
-fn allowed<T: Precision>(mesh: &StitchMesh, library: &TemplateLibrary, mode: Mode, random: &mut Random) -> f64 {
+fn allowed<T: Precision>(
+    mesh: &StitchMesh,
+    library: &TemplateLibrary,
+    mode: Mode,
+    random: &mut Random,
+) -> f64 {
     let unit = if std::mem::size_of::<T>() == 4 { 1e-6 } else { 1e-14 };
     let extent = mesh.positions.iter().map(|p| p.abs().max_element()).fold(1.0, f64::max);
     100.0 * sensitivity::<T>(mesh, library, mode, random) + unit * extent

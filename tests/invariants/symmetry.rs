@@ -1,11 +1,11 @@
 //! Invariants 1 to 4: the rest pose, motions, renumbering, mirroring.
 
 use crate::cases::{case, renumbered};
-use knotmesh::backend::Precision;
 use crate::common::grid::single;
 use crate::common::run::run;
 use crate::{MODES, allowed, options, solve};
 use glam::{DQuat, DVec3};
+use knotmesh::backend::Precision;
 use knotmesh::knot::{Settings, Status};
 use knotmesh::scene::Mode;
 use knotmesh::template::derive::{Operation, mirror_x_corner, mirror_x_labels, mirror_x_run};

@@ -1,9 +1,9 @@
 //! Invariants 5 and 9: continuity across faces, and the same bytes for any number of threads.
 
 use crate::cases::case;
-use knotmesh::backend::Precision;
 use crate::common::run::run;
 use crate::{MODES, options, solve};
+use knotmesh::backend::Precision;
 use knotmesh::knot::Settings;
 use knotmesh::mesh::Join;
 use knotmesh::scene::{Mode, NO_SECOND_SLOT};

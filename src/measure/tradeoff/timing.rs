@@ -32,10 +32,9 @@ impl Runner {
     pub fn new(scene: Arc<Scene>, variant: &Variant) -> Result<Self> {
         let (settings, running) = (&variant.settings, &variant.running);
         let engine = match (variant.engine, variant.precision) {
-            (Engine::LevenbergMarquardt { tolerance }, _) => Work::Baseline(Box::new((
-                Baseline::new(scene, settings, tolerance),
-                FrameOutput::default(),
-            ))),
+            (Engine::LevenbergMarquardt { tolerance }, _) => {
+                Work::Baseline(Box::new((Baseline::new(scene, settings, tolerance), FrameOutput::default())))
+            }
             (Engine::Cpu, Precision::F32) => {
                 Work::F32(Box::new((CpuBackend::new(scene, settings, running)?, FrameOutput::default())))
             }

@@ -106,7 +106,13 @@ pub fn variants(base: &Settings, threads: usize, quick: bool) -> Vec<Variant> {
     }
     let settings = Settings { solver: Solver::Safeguarded, iterations: 3, ..*base };
     let name = "safeguarded 3 f32 all cores".into();
-    all.push(Variant { name, family: "all cores", settings, running: Running { threads: 0, ..plain.running }, ..plain.clone() });
+    all.push(Variant {
+        name,
+        family: "all cores",
+        settings,
+        running: Running { threads: 0, ..plain.running },
+        ..plain.clone()
+    });
     for (tolerance, name) in [(Some(1e-2), "1e-2"), (Some(1e-4), "1e-4"), (None, "default")] {
         all.push(Variant {
             name: format!("levenberg-marquardt {name}"),
