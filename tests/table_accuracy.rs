@@ -11,9 +11,10 @@ mod common;
 
 use common::Random;
 use glam::DVec2;
+use knotmesh::backend::Precision;
 use knotmesh::knot::table::{Grid, Table};
-use knotmesh::knot::{Kernel, KnotState, Settings, Solver, Workspace};
-use knotmesh::math::{Scalar, V3};
+use knotmesh::knot::{Given, Kernel, Settings, Solver, Workspace};
+use knotmesh::math::V3;
 use knotmesh::measure::accuracy::{Deformation, Solved, TO_THE_END, Trial};
 use knotmesh::measure::quantile;
 use knotmesh::scene::Mode;
@@ -148,12 +149,10 @@ fn other_stitches() {
 /// Nanoseconds a stitch: kernel runs of one thread, without the backend's gathering of corners.
 #[test]
 fn time_of_a_step() {
-    fn seconds<T: Scalar>(template: &Template, kernel: &Kernel<T>, faces: &[Deformation]) -> f64 {
+    fn seconds<T: Precision>(template: &Template, kernel: &Kernel<T>, faces: &[Deformation]) -> f64 {
         let mut work = Workspace::default();
         kernel.fit(&mut work);
         work.normals.fill(V3::new(T::zero(), T::zero(), T::one()));
-        let mut state = vec![KnotState::default(); template.knots.len()];
-        let mut points = vec![V3::zero(); kernel.stencil.points.len()];
         let mut best = f64::INFINITY;
         for _ in 0..100 {
             let began = Instant::now();
@@ -161,7 +160,7 @@ fn time_of_a_step() {
                 for (at, corner) in work.corners.iter_mut().zip(&template.corners) {
                     *at = V3::of(f.apply(*corner - template.corners[0]).extend(0.0));
                 }
-                kernel.run(&mut work, false, &mut state, &mut points);
+                T::face(kernel, &mut work, Given::nothing());
             }
             best = best.min(began.elapsed().as_secs_f64());
         }

@@ -90,6 +90,13 @@ pub fn variants(base: &Settings, threads: usize, quick: bool) -> Vec<Variant> {
             }
         }
     }
+    for (precision, family) in both.into_iter().zip(["table f32", "table f64"]) {
+        for iterations in [0, 1, 2, 3] {
+            let settings = Settings { solver: Solver::Safeguarded, start: Start::Table, iterations, ..*base };
+            let name = format!("table + {iterations} {}", precision.name());
+            all.push(Variant { name, family, precision, settings, ..plain.clone() });
+        }
+    }
     for (width, name) in [(Width::One, "one lane"), (Width::Eight, "8 lanes"), (Width::Sixteen, "16 lanes")] {
         let running = Running { width, ..plain.running };
         let settings = Settings { solver: Solver::Safeguarded, iterations: 3, ..*base };
