@@ -44,13 +44,15 @@ pub struct Arguments {
     /// safeguarded never raises the energy; gauss-newton is the plain iteration of Huang et al. 2025.
     #[arg(long, value_enum, default_value = "safeguarded")]
     pub solver: SolverName,
-    /// Where each solve starts: the template deformed with the face, the previous frame, or a table of optima of
-    /// each stitch type (built once, kept in the user's cache folder or in KNOTMESH_CACHE).
-    #[arg(long, value_enum, default_value = "affine")]
-    pub start: StartName,
-    /// Steps of the solve.
-    #[arg(long, default_value_t = 3)]
-    pub iterations: u32,
+    /// Where each solve starts: a table of optima of each stitch type (built once, kept in the user's cache
+    /// folder or in KNOTMESH_CACHE), the template deformed with the face, or the previous frame. The default is
+    /// the table, and for gauss-newton the deformed template.
+    #[arg(long, value_enum)]
+    pub start: Option<StartName>,
+    /// Steps of the solve at most; safeguarded ones stop where nothing is left to gain. The default is 2 from a
+    /// table, else 3.
+    #[arg(long)]
+    pub iterations: Option<u32>,
     /// f64 is the reference.
     #[arg(long, value_enum, default_value = "f32")]
     pub precision: PrecisionName,
@@ -123,7 +125,7 @@ pub enum PrecisionName {
 /// Relaxes.
 pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     check_outputs(arguments)?;
-    if arguments.subdivide > 1000 || arguments.iterations > 100_000 {
+    if arguments.subdivide > 1000 || arguments.iterations.is_some_and(|n| n > 100_000) {
         return Err(Error::invalid("--subdivide goes to 1000 and --iterations to 100000"));
     }
     let began = Instant::now();
@@ -259,10 +261,16 @@ enum Writer {
 impl Job<'_> {
     fn frames<T: Precision>(mut self, own_positions: Vec<glam::DVec3>) -> Result<Ending> {
         let arguments = self.arguments;
+        let solver = arguments.solver.into();
+        let start = match arguments.start {
+            Some(start) => start.into(),
+            None if solver == Solver::Safeguarded => Start::Table,
+            None => Start::Affine,
+        };
         let settings = Settings {
-            solver: arguments.solver.into(),
-            start: arguments.start.into(),
-            iterations: arguments.iterations,
+            solver,
+            start,
+            iterations: arguments.iterations.unwrap_or(if start == Start::Table { 2 } else { 3 }),
             beta: arguments.beta,
             weight_angle: arguments.weight_angle,
             weight_length: arguments.weight_length,

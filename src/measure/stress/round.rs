@@ -4,7 +4,7 @@ use super::checks::Record;
 use super::shapes::{Kind, random, shape};
 use super::variants::{Variant, variants};
 use crate::Result;
-use crate::backend::{Backend, CpuBackend, FrameOutput, Precision, Running, Skip};
+use crate::backend::{Backend, CpuBackend, FrameOutput, Precision, Running, Skip, table_cache};
 use crate::ids::{FaceId, TypeId, VertexId};
 use crate::knot::{KnotState, Settings, Solver, Start};
 use crate::math::{V2, Width};
@@ -123,7 +123,7 @@ struct Runner<T: Precision> {
 
 impl<T: Precision> Runner<T> {
     fn new(scene: &Arc<Scene>, settings: &Settings, running: &Running) -> Result<Self> {
-        let mut backend = CpuBackend::new(scene.clone(), settings, running)?;
+        let mut backend = CpuBackend::with_cache(scene.clone(), settings, running, table_cache::folder().as_deref())?;
         let mut output = FrameOutput::default();
         // A first frame of one point sets the origin to 0, whatever the faces: a face alone has the same.
         backend.frame(&vec![DVec3::ZERO; scene.vertex_count], &mut output)?;

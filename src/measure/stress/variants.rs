@@ -25,6 +25,7 @@ pub fn variants() -> Vec<Variant> {
         ("safeguarded, previous, 60 steps", Settings { iterations: 60, ..previous }),
         ("safeguarded, affine, beta 0", Settings { beta: 0.0, ..plain }),
         ("gauss-newton, previous, 10 steps", Settings { start: Start::Previous, iterations: 10, ..paper }),
+        ("safeguarded, table, 2 steps", Settings { start: Start::Table, iterations: 2, ..plain }),
         (
             "safeguarded, affine, weights 100 and 1",
             Settings { weight_angle: 100.0, weight_length: 1.0, ..plain },
