@@ -68,6 +68,12 @@ impl<T> Default for FrameOutput<T> {
 }
 
 impl<T: Scalar> FrameOutput<T> {
+    /// An output whose knots (in batch order) a backend with [`crate::knot::Start::Previous`] that has run before
+    /// starts from, whatever they are.
+    pub fn starting_from(knots: Vec<crate::knot::KnotState<T>>) -> Self {
+        Self { knots, ..Self::default() }
+    }
+
     /// A control point in world coordinates.
     #[inline]
     pub fn world(&self, point: usize) -> DVec3 {

@@ -184,6 +184,7 @@ impl<T: Scalar> Chunk<'_, '_, T> {
         } else {
             skipped.without_knots += faces.len();
         }
+        given.near = task.continued;
         if given.start {
             let k = task.kernel.stencil.knot_count();
             for (lane, i) in faces.iter().enumerate().filter(|(lane, _)| results[*lane].is_none()) {

@@ -22,6 +22,9 @@ pub use start::KnotState;
 use std::sync::Arc;
 use table::Table;
 
+/// An earlier state is no start where a half-length is this many times longer or shorter than the deformed template's.
+const LEAP: f64 = 8.0;
+
 /// Where a solve starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Start {
@@ -149,13 +152,16 @@ pub struct Given<T: Real> {
     pub solved: T::Mask,
     /// A start for the solve, where its half-lengths are above 0.
     pub start: bool,
+    /// Whether that start is one only where no half-length is far off the deformed template's: else the face has
+    /// leapt since.
+    pub near: bool,
 }
 
 impl<T: Real> Given<T> {
     /// Nothing is known.
     #[inline(always)]
     pub fn nothing() -> Self {
-        Self { solved: T::mask(false), start: false }
+        Self { solved: T::mask(false), start: false, near: false }
     }
 }
 
@@ -325,8 +331,13 @@ impl<S: Scalar> Kernel<S> {
         }
         if given.start {
             let mut known = T::mask(true);
-            for state in &work.state {
-                known = T::and(known, T::zero().lt(state.half_length));
+            let leap = T::of(LEAP);
+            for (state, earlier) in work.solve.state.iter().zip(&work.state) {
+                let (l, before) = (state.half_length, earlier.half_length);
+                known = T::and(known, T::zero().lt(before));
+                if given.near {
+                    known = T::and(known, T::and(l.lt(before * leap), before.lt(l * leap)));
+                }
             }
             for (state, earlier) in work.solve.state.iter_mut().zip(&work.state) {
                 *state = KnotState::select(known, *earlier, *state);

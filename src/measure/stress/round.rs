@@ -123,7 +123,8 @@ struct Runner<T: Precision> {
 
 impl<T: Precision> Runner<T> {
     fn new(scene: &Arc<Scene>, settings: &Settings, running: &Running) -> Result<Self> {
-        let mut backend = CpuBackend::with_cache(scene.clone(), settings, running, table_cache::folder().as_deref())?;
+        let mut backend =
+            CpuBackend::with_cache(scene.clone(), settings, running, table_cache::folder().as_deref())?;
         let mut output = FrameOutput::default();
         // A first frame of one point sets the origin to 0, whatever the faces: a face alone has the same.
         backend.frame(&vec![DVec3::ZERO; scene.vertex_count], &mut output)?;
@@ -287,7 +288,7 @@ impl<'a> Round<'a> {
 
     /// `[face]` in batch order: E in f64 of the states given.
     fn judged(&mut self, states: impl Fn(&Self) -> Vec<KnotState<f64>>) -> Result<Vec<f64>> {
-        self.judge.output.knots = states(self);
+        self.judge.output = FrameOutput::starting_from(states(self));
         self.judge.frame(&self.positions)?;
         Ok(self.judge.output.faces.iter().map(|f| f.energy_start).collect())
     }
