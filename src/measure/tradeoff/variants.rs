@@ -104,29 +104,31 @@ pub fn variants(base: &Settings, threads: usize, quick: bool) -> Vec<Variant> {
         all.push(Variant { name, family: "lanes", settings, running, ..plain.clone() });
     }
     let running = Running { skip: Skip::default(), ..plain.running };
-    let name = "default with skips".into();
-    all.push(Variant { name, family: "skips", settings: *base, running, ..plain.clone() });
+    let table = Settings { solver: Solver::Safeguarded, start: Start::Table, iterations: 2, ..*base };
+    let name = "table + 2 f32 with skips".into();
+    all.push(Variant { name, family: "skips", settings: table, running, ..plain.clone() });
     for iterations in [1, 2, 3, 5] {
         let settings = Settings { solver: Solver::Safeguarded, start: Start::Previous, iterations, ..*base };
         let name = format!("previous + {iterations} f32");
         all.push(Variant { name, family: "previous frame", settings, ..plain.clone() });
     }
+    let running = Running { threads: 0, ..plain.running };
     let settings = Settings { solver: Solver::Safeguarded, iterations: 3, ..*base };
-    let name = "safeguarded 3 f32 all cores".into();
-    all.push(Variant {
-        name,
-        family: "all cores",
-        settings,
-        running: Running { threads: 0, ..plain.running },
-        ..plain.clone()
-    });
+    for (name, settings) in [
+        ("safeguarded 3 f32 all cores", settings),
+        ("table + 1 f32 all cores", Settings { iterations: 1, ..table }),
+        ("table + 2 f32 all cores", table),
+    ] {
+        let name = name.into();
+        all.push(Variant { name, family: "all cores", settings, running, ..plain.clone() });
+    }
     for (tolerance, name) in [(Some(1e-2), "1e-2"), (Some(1e-4), "1e-4"), (None, "default")] {
         all.push(Variant {
             name: format!("levenberg-marquardt {name}"),
             family: "levenberg-marquardt crate",
             engine: Engine::LevenbergMarquardt { tolerance },
             precision: Precision::F64,
-            settings,
+            settings: *base,
             running: Running { threads: 1, ..plain.running },
             ..plain.clone()
         });
