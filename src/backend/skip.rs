@@ -60,15 +60,6 @@ impl std::ops::Add for Skipped {
     }
 }
 
-/// A shape and what its solve gave.
-#[derive(Clone, Debug)]
-pub struct Known<T> {
-    /// `[corner]` in the face frame.
-    pub shape: Vec<V2<T>>,
-    pub state: Vec<crate::knot::KnotState<T>>,
-    pub result: crate::knot::FaceResult<T>,
-}
-
 /// Whether no corner of two shapes is apart by more than `tolerance` along either axis.
 #[inline(always)]
 pub(super) fn same<T: Scalar>(a: impl Iterator<Item = V2<T>>, b: &[V2<T>], tolerance: T) -> bool {

@@ -27,6 +27,8 @@ pub struct Surface<T> {
     pub bent: Vec<bool>,
     /// `[corner group]` whether its normal changed.
     pub turned: Vec<bool>,
+    /// Whether anything moved since the frame before.
+    pub any: bool,
 }
 
 impl<T: Scalar> Surface<T> {
@@ -60,7 +62,8 @@ impl<T: Scalar> Surface<T> {
                 let new =
                     if p.is_finite() { ((*p - origin) * scale).clamp(-limit, limit) } else { DVec3::NAN };
                 let new = V3::of(new);
-                *moved = first || new != *l;
+                // One that is still not finite did not move.
+                *moved = first || (new != *l && !(new.x.to_f64().is_nan() && l.x.to_f64().is_nan()));
                 *l = new;
                 some |= *moved;
                 marked |= new.x.to_f64().is_nan();
@@ -76,7 +79,11 @@ impl<T: Scalar> Surface<T> {
         let any = any.into_inner();
         if any {
             self.turn(scene, first);
+        } else if self.any {
+            self.bent.fill(false);
+            self.turned.fill(false);
         }
+        self.any = any;
         Ok(any)
     }
 
