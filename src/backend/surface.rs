@@ -13,6 +13,10 @@ const CHUNK: usize = 4096;
 #[derive(Debug, Default)]
 pub struct Surface<T> {
     origin: Option<DVec3>,
+    /// `[vertex]` world positions, as they were given.
+    last: Vec<DVec3>,
+    /// `[chunk of vertices]` whether any place is not finite.
+    spoilt: Vec<bool>,
     /// `[vertex]` template units, relative to the origin.
     pub local: Vec<V3<T>>,
     /// `[face]` vector areas.
@@ -49,13 +53,22 @@ impl<T: Scalar> Surface<T> {
         let first = self.local.is_empty();
         let origin = *self.origin.get_or_insert_with(|| middle(positions));
         self.local.resize(positions.len(), V3::zero());
+        self.last.resize(positions.len(), DVec3::ZERO);
         self.moved.resize(positions.len(), false);
         let scale = 1.0 / scene.gauge;
-        let (any, not_finite) = (AtomicBool::new(first), AtomicBool::new(false));
+        let any = AtomicBool::new(first);
+        self.spoilt.resize(positions.len().div_ceil(CHUNK), false);
         // Beyond this, face-local differences could overflow; such faces fall back anyway.
         let limit = DVec3::splat(if std::mem::size_of::<T>() == 4 { 1e37 } else { 1e300 });
         let chunks = self.local.par_chunks_mut(CHUNK).zip(self.moved.par_chunks_mut(CHUNK));
-        chunks.zip(positions.par_chunks(CHUNK)).for_each(|((local, moved), positions)| {
+        let chunks = chunks.zip(self.last.par_chunks_mut(CHUNK)).zip(&mut self.spoilt);
+        chunks.zip(positions.par_chunks(CHUNK)).for_each(|((((local, moved), last), spoilt), positions)| {
+            // Where nothing moves, nothing is done but this.
+            if !first && bytemuck::cast_slice::<_, u64>(last) == bytemuck::cast_slice::<_, u64>(positions) {
+                moved.fill(false);
+                return;
+            }
+            last.copy_from_slice(positions);
             let (mut some, mut marked) = (false, false);
             for ((l, moved), p) in local.iter_mut().zip(moved).zip(positions) {
                 // One that is not finite is marked, for clamping would make it so.
@@ -71,11 +84,9 @@ impl<T: Scalar> Surface<T> {
             if some {
                 any.store(true, Relaxed);
             }
-            if marked {
-                not_finite.store(true, Relaxed);
-            }
+            *spoilt = marked;
         });
-        self.not_finite = not_finite.into_inner();
+        self.not_finite = self.spoilt.contains(&true);
         let any = any.into_inner();
         if any {
             self.turn(scene, first);

@@ -14,6 +14,9 @@ use std::sync::Mutex;
 /// Faces that one task works on.
 pub(super) const CHUNK: usize = 256;
 
+/// No processor has more numbers side by side.
+const MOST_LANES: usize = 16;
+
 /// A thread's workspace, of whichever lanes were last used.
 pub(super) type Bench = Mutex<Option<Box<dyn Any + Send>>>;
 
@@ -187,7 +190,7 @@ impl<T: Precision> Chunk<'_, '_, T> {
         let mut framed = task.kernel.frame(work);
         framed.1 = R::and(framed.1, R::not(bad));
         let mut given = Given::<R>::nothing();
-        let (mut solved, mut results) = (R::default(), [None; 64]);
+        let (mut solved, mut results) = (R::default(), [None; MOST_LANES]);
         if task.kernel.solves() {
             for (lane, i) in faces.iter().enumerate() {
                 if !R::mask_lane(framed.1, lane) {
@@ -291,22 +294,28 @@ impl<T: Precision> Chunk<'_, '_, T> {
             }
             return Some((unsolved(), From::Template));
         }
-        let shape = || work.shape[1..].iter().map(|p| p.lane(lane));
         let n = task.kernel.stencil.corner_count - 1;
         let k = task.kernel.stencil.knot_count();
+        let shape = &work.shape[1..];
         let mut found = None;
         if task.skip.rigid
             && task.continued
             && self.remembered[i]
             && self.settled(i)
-            && same(shape(), &self.shapes[i * n..(i + 1) * n], task.tolerance)
+            && same(shape, lane, &self.shapes[i * n..(i + 1) * n], task.tolerance)
         {
             skipped.rigid += 1;
             found = Some((&self.knots[i * k..(i + 1) * k], self.results[i], From::Own));
-        } else if let Some(rest) = task.rest.filter(|r| same(shape(), &r.shape[1..], task.tolerance)) {
+        }
+        if let (None, Some(rest)) = (found, task.rest)
+            && same(shape, lane, &rest.shape[1..], task.tolerance)
+        {
             skipped.rest += 1;
             found = Some((&rest.state[..], rest.result, From::Rest));
-        } else if let Some(first) = task.first.filter(|f| same(shape(), &f.shape[1..], task.tolerance)) {
+        }
+        if let (None, Some(first)) = (found, task.first)
+            && same(shape, lane, &first.shape[1..], task.tolerance)
+        {
             skipped.shared += 1;
             found = Some((&first.state[..], first.result, From::First));
         }
