@@ -1,7 +1,7 @@
 //! The CPU backend: rayon over chunks of each batch, lanes within a chunk.
 
-use super::scatter::Scatter;
 use super::known::Known;
+use super::scatter::Scatter;
 use super::skip::{Skip, Skipped};
 use super::surface::Surface;
 use super::work::{Bench, CHUNK, Chunk, Precision, Task};

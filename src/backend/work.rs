@@ -1,7 +1,7 @@
 //! A chunk of faces of one stitch type, worked on side by side.
 
-use super::scatter::Scatter;
 use super::known::Known;
+use super::scatter::Scatter;
 use super::skip::{Skip, Skipped, same};
 use super::surface::{Surface, stand_in};
 use super::unsolved;
