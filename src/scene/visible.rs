@@ -7,8 +7,7 @@ use rayon::prelude::*;
 
 /// Faces that one task looks at.
 const CHUNK: usize = 4096;
-/// Yarn swings out of its face: by no more than this share of the face's bounding sphere. Measured over the library's
-/// stitches, stretched to 1.5: 0.2.
+/// Yarn swings out of its face: by less than this share of the face's bounding sphere, chosen with room to spare.
 const SWING: f64 = 0.5;
 
 /// A camera, and what of its picture is left out.
