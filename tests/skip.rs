@@ -112,7 +112,7 @@ fn unmoved() -> Skip {
 }
 
 /// Faces around which nothing moved come out as they would, to the bit; with the start at the previous frame's
-/// result the others would go on a little. Seeded fault: turned normals of neighbours forgotten.
+/// result the others would go on a little.
 fn check_unmoved<T: Precision>() {
     for mesh in [swatch(), lace()] {
         let scene = compiled(&mesh);
@@ -247,8 +247,7 @@ fn skipping_stays_within_its_bound_f64() {
     check_bounds::<f64>();
 }
 
-/// Errors do not add up over a drift that stays below the tolerance each frame, whatever the tolerance. Seeded fault: the
-/// frame before for the last one solved.
+/// Errors do not add up over a drift that stays below the tolerance each frame, whatever the tolerance.
 #[test]
 fn a_drift_is_followed() {
     let mesh = swatch();
@@ -313,8 +312,7 @@ fn points_of(scene: &Scene, named: &[bool]) -> Vec<bool> {
 }
 
 /// Whatever was hidden before, all points of visible faces are those of a backend that sees everything: in the frame
-/// in which a face is shown, next to hidden ones, and where nothing moves meanwhile. Seeded faults: `shown_anew`
-/// forgotten, no ring of neighbours, faces settled while hidden.
+/// in which a face is shown, next to hidden ones, and where nothing moves meanwhile.
 #[test]
 fn visible_faces_are_right_at_once() {
     for (start, motion) in [Start::Affine, Start::Table].into_iter().flat_map(|s| MOTIONS.map(|m| (s, m))) {

@@ -84,8 +84,7 @@ fn one_face() {
     );
 }
 
-/// No face is hidden that has a point of its yarn in the picture, on random cameras and strains. Seeded fault: the
-/// sphere not grown.
+/// No face is hidden that has a point of its yarn in the picture, on random cameras and strains.
 #[test]
 fn yarn_in_the_picture_is_never_hidden() {
     let lace = Path::new(env!("CARGO_MANIFEST_DIR")).join("stitches/lace.smobj");
