@@ -1,6 +1,8 @@
 //! A helical tube of stockinette of any number of stitches, unwelded, as the field's tools write them: 200 a
 //! round, the last round as far as they go.
 
+pub mod moves;
+
 use glam::DVec3;
 use std::fmt::Write;
 

@@ -1,14 +1,15 @@
 //! The CPU backend: rayon over chunks of each batch, lanes within a chunk.
 
+use super::known::Known;
 use super::scatter::Scatter;
-use super::skip::{Known, Skip, Skipped};
-use super::surface::{Surface, stand_in};
+use super::skip::{Skip, Skipped};
+use super::surface::Surface;
 use super::work::{Bench, CHUNK, Chunk, Precision, Task};
-use super::{Backend, FrameOutput, Tables};
+use super::{Backend, FrameOutput, Tables, unsolved};
 use crate::knot::table::Table;
-use crate::knot::{FaceResult, Given, Kernel, KnotState, Settings, Start, Status, Workspace};
+use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start};
 use crate::math::{V2, V3, Width};
-use crate::scene::{Scene, StrandEnd};
+use crate::scene::{Batch, Scene, StrandEnd};
 use crate::{Error, Result};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -22,7 +23,7 @@ const SEAMS: usize = 8192;
 const MOST_THREADS: usize = 1024;
 
 /// How a backend goes about its work; see also [`Settings`], which say what it works out.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Running {
     /// Threads; 0 takes one per core.
     pub threads: usize,
@@ -30,6 +31,15 @@ pub struct Running {
     pub width: Width,
     /// What is left undone where it can be.
     pub skip: Skip,
+    /// Whether every face's energies are worked out. Without, they are NaN where the method needs none: always with
+    /// modes that solve nothing, at the end with plain Gauss-Newton.
+    pub energies: bool,
+}
+
+impl Default for Running {
+    fn default() -> Self {
+        Self { threads: 0, width: Width::default(), skip: Skip::default(), energies: true }
+    }
 }
 
 /// Runs scenes on the CPU, in f64 (the reference) or f32 (its twin).
@@ -48,6 +58,8 @@ pub struct CpuBackend<T: Precision> {
     sides: Vec<V3<T>>,
     /// `[batch]` the templates' own shapes.
     rests: Vec<Option<Known<T>>>,
+    /// `[batch]` the batches' first faces, where they are shared.
+    firsts: Vec<Option<Known<T>>>,
     /// `[face][corner but the first]` in batch order, the shapes that knots were solved for.
     shapes: Vec<V2<T>>,
     remembered: Vec<bool>,
@@ -56,8 +68,13 @@ pub struct CpuBackend<T: Precision> {
     /// `[face of the mesh]` which faces are worked on, if not all.
     visible: Option<Vec<bool>>,
     shown_anew: bool,
+    /// Names this backend, and its last frame.
+    name: u64,
     stamp: u64,
 }
+
+/// Numbers for backends and their frames, never the same twice.
+static STAMPS: AtomicU64 = AtomicU64::new(1);
 
 impl<T: Precision> CpuBackend<T> {
     /// A backend for a scene.
@@ -100,14 +117,22 @@ impl<T: Precision> CpuBackend<T> {
             .map_err(|e| Error::invalid(format_args!("cannot start {threads} threads: {e}")))?;
         let mut tables = pool.install(|| Tables::new(&scene, settings, cache));
         let kernel = |(s, table): (_, Option<Table<f32>>)| {
-            Kernel::new(s, scene.mode, settings).with_table(table.map(|t| Arc::new(t.cast())))
+            let kernel = Kernel::new(s, scene.mode, settings).with_energies(running.energies);
+            kernel.with_table(table.map(|t| Arc::new(t.cast())))
         };
         let of_stencil = std::mem::take(&mut tables.tables);
         let kernels: Vec<_> = scene.stencils.iter().zip(of_stencil).map(kernel).collect();
-        let rests = scene.batches.iter().zip(&kernels);
-        let rests = rests.map(|(b, k)| running.skip.rest.then(|| at_rest(&scene, b.stencil, k)).flatten());
+        let (skip, start) = (running.skip, settings.start);
+        let batches = || scene.batches.iter().zip(&kernels);
+        let rest = |(b, k): (&Batch, _)| Known::at_rest(&scene, b.stencil, k, start).filter(|_| skip.rest);
+        // With the start at the previous frame's result, faces of one shape need not end alike.
+        let shares = skip.shared && start != Start::Previous;
+        let first = |(b, k): (&Batch, &Kernel<T>)| {
+            (shares && k.solves() && b.faces.len() > 1).then(|| Known::nothing(k))
+        };
         Ok(Self {
-            rests: rests.collect(),
+            rests: batches().map(rest).collect(),
+            firsts: batches().map(first).collect(),
             kernels,
             tables,
             start: settings.start,
@@ -121,6 +146,7 @@ impl<T: Precision> CpuBackend<T> {
             seam_faces: Vec::new(),
             visible: None,
             shown_anew: false,
+            name: STAMPS.fetch_add(1, Relaxed),
             stamp: 0,
             scene,
         })
@@ -147,9 +173,13 @@ impl<T: Precision> CpuBackend<T> {
         slots
     }
 
-    /// Names the faces of the mesh that need to be right from the next frame on; `None` for all. Others keep the
-    /// points that they had (zero where they had none) and the status `Hidden`. Faces that share a yarn point
-    /// with a visible one are worked on too.
+    /// Names the faces of the mesh that need to be right from the next frame on; `None` for all. Faces that share a
+    /// yarn point with one of them are worked on too; others have the status `Hidden` and keep the points that
+    /// they had. In an output that is new to this backend they had none: there they are interpolated once, their
+    /// knots as in the template.
+    ///
+    /// A face that is shown again is right in that same frame; with the start at the previous frame's result it
+    /// starts as it would in a first frame.
     ///
     /// # Errors
     /// Another number of faces than the mesh has.
@@ -181,6 +211,12 @@ impl<T: Precision> CpuBackend<T> {
 
     fn solve(&mut self, output: &mut FrameOutput<T>, continued: bool) -> Skipped {
         let scene = &*self.scene;
+        let (kernels, surface) = (&self.kernels, &self.surface);
+        self.firsts.par_iter_mut().zip(&scene.batches).zip(kernels).for_each(|((first, batch), kernel)| {
+            if let Some(first) = first {
+                first.update(&batch.corners[..kernel.stencil.corner_count], kernel, surface);
+            }
+        });
         if self.running.skip.rigid {
             let batches = scene.batches.iter().zip(&self.kernels);
             let count = batches.map(|(b, k)| b.faces.len() * (k.stencil.corner_count - 1)).sum();
@@ -189,12 +225,13 @@ impl<T: Precision> CpuBackend<T> {
         }
         let frame = Frame {
             scene,
-            kernels: &self.kernels,
-            surface: &self.surface,
+            kernels,
+            surface,
             rests: &self.rests,
+            firsts: &self.firsts,
             start: self.start,
             running: self.running,
-            warm: self.stamp != 0,
+            own: output.backend == self.name,
             continued,
             visible: self.visible.as_deref(),
             benches: &self.benches,
@@ -229,7 +266,6 @@ impl<T: Precision> CpuBackend<T> {
 
 impl<T: Precision> Backend<T> for CpuBackend<T> {
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()> {
-        static STAMPS: AtomicU64 = AtomicU64::new(1);
         // Tasks run in the pool's own threads, so that each finds its workspace.
         let pool = self.pool.clone();
         pool.install(|| {
@@ -252,7 +288,7 @@ impl<T: Precision> Backend<T> for CpuBackend<T> {
             self.join(output);
             self.shown_anew = false;
             self.stamp = STAMPS.fetch_add(1, Relaxed);
-            output.stamp = self.stamp;
+            (output.stamp, output.backend) = (self.stamp, self.name);
             Ok(())
         })
     }
@@ -264,9 +300,10 @@ struct Frame<'a, T: Precision> {
     kernels: &'a [Kernel<T>],
     surface: &'a Surface<T>,
     rests: &'a [Option<Known<T>>],
+    firsts: &'a [Option<Known<T>>],
     start: Start,
     running: Running,
-    warm: bool,
+    own: bool,
     continued: bool,
     visible: Option<&'a [bool]>,
     benches: &'a [Bench],
@@ -325,8 +362,6 @@ impl<T: Precision> Frame<'_, T> {
             return Skipped { without_knots: count, ..Skipped::default() };
         }
         let skip = self.running.skip;
-        let shares = skip.shared && self.start != Start::Previous && kernel.solves() && count > 1;
-        let first = shares.then(|| solve_first(self.scene, b, kernel, self.surface)).flatten();
         let task = Task {
             scene: self.scene,
             batch,
@@ -335,10 +370,10 @@ impl<T: Precision> Frame<'_, T> {
             start: self.start,
             skip,
             tolerance: T::of(skip.tolerance * self.scene.yarn_radius),
-            warm: self.warm,
+            own: self.own,
             continued: self.continued,
             rest: self.rests[b].as_ref(),
-            first: first.as_ref(),
+            first: self.firsts[b].as_ref().filter(|f| f.sound),
             visible: self.visible,
             benches: self.benches,
             points: &self.points,
@@ -361,47 +396,6 @@ impl<T: Precision> Frame<'_, T> {
     }
 }
 
-/// The template's own shape and knots, if its solve stands still there.
-fn at_rest<T: Precision>(scene: &Scene, stencil: usize, kernel: &Kernel<T>) -> Option<Known<T>> {
-    let corners = &scene.templates[stencil].corners;
-    let mut work = Workspace::default();
-    kernel.fit(&mut work);
-    for (i, corner) in corners.iter().enumerate() {
-        work.corners[i] = V3::of((*corner - corners[0]).extend(0.0));
-        work.normals[i] = V3::new(T::zero(), T::zero(), T::one());
-    }
-    known(kernel, work).filter(|k| k.result.status == Status::AtRest)
-}
-
-/// The shape and knots of a batch's first face.
-fn solve_first<T: Precision>(
-    scene: &Scene,
-    batch: usize,
-    kernel: &Kernel<T>,
-    surface: &Surface<T>,
-) -> Option<Known<T>> {
-    let corners = &scene.batches[batch].corners[..kernel.stencil.corner_count];
-    let mut work = Workspace::default();
-    kernel.fit(&mut work);
-    let first = surface.local[corners[0] as usize];
-    if surface.not_finite && stand_in(corners, &surface.local).is_some() {
-        return None;
-    }
-    for (i, vertex) in corners.iter().enumerate() {
-        work.corners[i] = surface.local[*vertex as usize] - first;
-        work.normals[i] = V3::new(T::zero(), T::zero(), T::one());
-    }
-    known(kernel, work)
-}
-
-fn known<T: Precision>(kernel: &Kernel<T>, mut work: Workspace<T>) -> Option<Known<T>> {
-    if !kernel.solves() {
-        return None;
-    }
-    let ended = T::face(kernel, &mut work, Given::nothing());
-    ended.sound.then(|| Known { shape: work.shape, state: work.state, result: ended.lane(0) })
-}
-
 /// `[seam][side]` faces of the mesh.
 fn seam_faces(scene: &Scene) -> Vec<[u32; 2]> {
     let mut faces = vec![[0; 2]; scene.yarns.seams.len()];
@@ -419,9 +413,4 @@ fn seam_faces(scene: &Scene) -> Vec<[u32; 2]> {
         }
     }
     faces
-}
-
-/// What is reported of a face with nothing to solve.
-fn unsolved<T: Precision>() -> FaceResult<T> {
-    FaceResult { energy_start: T::zero(), energy: T::zero(), status: Status::Interpolated }
 }

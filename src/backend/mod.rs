@@ -1,6 +1,7 @@
 //! Backends: a scene once, positions each frame, control points out.
 
 mod cpu;
+mod known;
 mod scatter;
 mod skip;
 mod surface;
@@ -49,7 +50,8 @@ pub struct FrameOutput<T> {
     pub faces: Vec<FaceResult<T>>,
     /// What was left undone.
     pub skipped: Skipped,
-    /// Tells a backend whether its own last frame is in here.
+    /// Tell a backend whether a frame of its own is in here, and whether it is the last one.
+    backend: u64,
     stamp: u64,
 }
 
@@ -62,6 +64,7 @@ impl<T> Default for FrameOutput<T> {
             knots: Vec::new(),
             faces: Vec::new(),
             skipped: Skipped::default(),
+            backend: 0,
             stamp: 0,
         }
     }
@@ -101,4 +104,9 @@ impl<T: Scalar> FrameOutput<T> {
         let first = batch.first_knot + place.index as usize * count;
         &self.knots[first..first + count]
     }
+}
+
+/// What is reported of a face with nothing to solve.
+fn unsolved<T: Scalar>() -> FaceResult<T> {
+    FaceResult { energy_start: T::zero(), energy: T::zero(), status: Status::Interpolated }
 }

@@ -1,6 +1,6 @@
 //! What a frame leaves undone because its result is known.
 
-use crate::math::{Scalar, V2};
+use crate::math::{Real, V2};
 
 /// Work to skip where that does not change the result by more than its bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,17 +60,14 @@ impl std::ops::Add for Skipped {
     }
 }
 
-/// A shape and what its solve gave.
-#[derive(Clone, Debug)]
-pub struct Known<T> {
-    /// `[corner]` in the face frame.
-    pub shape: Vec<V2<T>>,
-    pub state: Vec<crate::knot::KnotState<T>>,
-    pub result: crate::knot::FaceResult<T>,
-}
-
-/// Whether no corner of two shapes is apart by more than `tolerance` along either axis.
+/// Whether no corner of the shape in a lane is apart from another shape's by more than `tolerance` along either axis.
+/// A plain loop: adaptors that carry lanes become calls.
 #[inline(always)]
-pub(super) fn same<T: Scalar>(a: impl Iterator<Item = V2<T>>, b: &[V2<T>], tolerance: T) -> bool {
-    a.zip(b).all(|(a, b)| (a.u - b.u).abs() <= tolerance && (a.v - b.v).abs() <= tolerance)
+pub(super) fn same<R: Real>(a: &[V2<R>], lane: usize, b: &[V2<R::Scalar>], tolerance: R::Scalar) -> bool {
+    let mut off = false;
+    for (a, b) in a.iter().zip(b) {
+        let (u, v) = (a.u.lane(lane) - b.u, a.v.lane(lane) - b.v);
+        off |= !(u.abs() <= tolerance && v.abs() <= tolerance);
+    }
+    !off
 }

@@ -13,6 +13,10 @@ const CHUNK: usize = 4096;
 #[derive(Debug, Default)]
 pub struct Surface<T> {
     origin: Option<DVec3>,
+    /// `[vertex]` world positions, as they were given.
+    last: Vec<DVec3>,
+    /// `[chunk of vertices]` whether any place is not finite.
+    spoilt: Vec<bool>,
     /// `[vertex]` template units, relative to the origin.
     pub local: Vec<V3<T>>,
     /// `[face]` vector areas.
@@ -27,6 +31,8 @@ pub struct Surface<T> {
     pub bent: Vec<bool>,
     /// `[corner group]` whether its normal changed.
     pub turned: Vec<bool>,
+    /// Whether anything moved since the frame before.
+    pub any: bool,
 }
 
 impl<T: Scalar> Surface<T> {
@@ -47,20 +53,30 @@ impl<T: Scalar> Surface<T> {
         let first = self.local.is_empty();
         let origin = *self.origin.get_or_insert_with(|| middle(positions));
         self.local.resize(positions.len(), V3::zero());
+        self.last.resize(positions.len(), DVec3::ZERO);
         self.moved.resize(positions.len(), false);
         let scale = 1.0 / scene.gauge;
-        let (any, not_finite) = (AtomicBool::new(first), AtomicBool::new(false));
+        let any = AtomicBool::new(first);
+        self.spoilt.resize(positions.len().div_ceil(CHUNK), false);
         // Beyond this, face-local differences could overflow; such faces fall back anyway.
         let limit = DVec3::splat(if std::mem::size_of::<T>() == 4 { 1e37 } else { 1e300 });
         let chunks = self.local.par_chunks_mut(CHUNK).zip(self.moved.par_chunks_mut(CHUNK));
-        chunks.zip(positions.par_chunks(CHUNK)).for_each(|((local, moved), positions)| {
+        let chunks = chunks.zip(self.last.par_chunks_mut(CHUNK)).zip(&mut self.spoilt);
+        chunks.zip(positions.par_chunks(CHUNK)).for_each(|((((local, moved), last), spoilt), positions)| {
+            // Where nothing moves, nothing is done but this.
+            if !first && bytemuck::cast_slice::<_, u64>(last) == bytemuck::cast_slice::<_, u64>(positions) {
+                moved.fill(false);
+                return;
+            }
+            last.copy_from_slice(positions);
             let (mut some, mut marked) = (false, false);
             for ((l, moved), p) in local.iter_mut().zip(moved).zip(positions) {
                 // One that is not finite is marked, for clamping would make it so.
                 let new =
                     if p.is_finite() { ((*p - origin) * scale).clamp(-limit, limit) } else { DVec3::NAN };
                 let new = V3::of(new);
-                *moved = first || new != *l;
+                // One that is still not finite did not move.
+                *moved = first || (new != *l && !(new.x.to_f64().is_nan() && l.x.to_f64().is_nan()));
                 *l = new;
                 some |= *moved;
                 marked |= new.x.to_f64().is_nan();
@@ -68,15 +84,17 @@ impl<T: Scalar> Surface<T> {
             if some {
                 any.store(true, Relaxed);
             }
-            if marked {
-                not_finite.store(true, Relaxed);
-            }
+            *spoilt = marked;
         });
-        self.not_finite = not_finite.into_inner();
+        self.not_finite = self.spoilt.contains(&true);
         let any = any.into_inner();
         if any {
             self.turn(scene, first);
+        } else if self.any {
+            self.bent.fill(false);
+            self.turned.fill(false);
         }
+        self.any = any;
         Ok(any)
     }
 

@@ -1,8 +1,10 @@
 //! A chunk of faces of one stitch type, worked on side by side.
 
+use super::known::Known;
 use super::scatter::Scatter;
-use super::skip::{Known, Skip, Skipped, same};
+use super::skip::{Skip, Skipped, same};
 use super::surface::{Surface, stand_in};
+use super::unsolved;
 use crate::knot::{Ended, FaceResult, Given, Kernel, KnotState, Start, Status, Workspace};
 use crate::math::{Real, Scalar, V2, V3, Wide, Width};
 use crate::scene::{Batch, Scene, StrandEnd};
@@ -12,11 +14,14 @@ use std::sync::Mutex;
 /// Faces that one task works on.
 pub(super) const CHUNK: usize = 256;
 
+/// No processor has more numbers side by side.
+const MOST_LANES: usize = 16;
+
 /// A thread's workspace, of whichever lanes were last used.
 pub(super) type Bench = Mutex<Option<Box<dyn Any + Send>>>;
 
 /// What all chunks of a batch share.
-pub struct Task<'a, T: Scalar> {
+pub struct Task<'a, T: Precision> {
     pub scene: &'a Scene,
     pub batch: &'a Batch,
     pub kernel: &'a Kernel<T>,
@@ -25,8 +30,8 @@ pub struct Task<'a, T: Scalar> {
     pub skip: Skip,
     /// Skip's tolerance, template units.
     pub tolerance: T,
-    /// Whether the knots in the output are a start: there was a frame before.
-    pub warm: bool,
+    /// Whether the output holds a frame of this backend: its knots are a start, its points those of hidden faces.
+    pub own: bool,
     /// Whether the output holds this backend's last frame.
     pub continued: bool,
     /// The template's own shape and the first face's, where they are of use.
@@ -40,7 +45,7 @@ pub struct Task<'a, T: Scalar> {
 }
 
 /// A chunk's own part of the output and of what is remembered.
-pub struct Chunk<'a, 'b, T: Scalar> {
+pub struct Chunk<'a, 'b, T: Precision> {
     pub task: &'b Task<'a, T>,
     /// Index of its first face within the batch.
     pub begin: usize,
@@ -52,6 +57,19 @@ pub struct Chunk<'a, 'b, T: Scalar> {
     pub shapes: &'b mut [V2<T>],
     /// `[face]` whether they were.
     pub remembered: &'b mut [bool],
+}
+
+/// Where a face's knots are known from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum From {
+    /// Its own last solve.
+    Own,
+    /// The template's own shape.
+    Rest,
+    /// The batch's first face.
+    First,
+    /// The template, for want of a solve: nobody sees the face.
+    Template,
 }
 
 /// A precision that frames can be solved in. Kernels are compiled for it once, here, and not where they are used.
@@ -81,7 +99,7 @@ macro_rules! precision {
 precision!(f32);
 precision!(f64);
 
-impl<T: Scalar> Wide<T> for Chunk<'_, '_, T> {
+impl<T: Precision> Wide<T> for Chunk<'_, '_, T> {
     type Output = Skipped;
 
     #[inline(always)]
@@ -107,7 +125,7 @@ impl<T: Scalar> Wide<T> for Chunk<'_, '_, T> {
     }
 }
 
-impl<T: Scalar> Chunk<'_, '_, T> {
+impl<T: Precision> Chunk<'_, '_, T> {
     /// Lists the faces (counted from the chunk's first) that need work.
     #[inline(always)]
     fn active(&mut self, active: &mut [u32; CHUNK], skipped: &mut Skipped) -> usize {
@@ -116,14 +134,13 @@ impl<T: Scalar> Chunk<'_, '_, T> {
         let mut count = 0;
         for i in 0..self.results.len() {
             let index = self.begin + i;
-            if let Some(visible) = task.visible
-                && !visible[task.batch.faces[index].index()]
-            {
+            if self.hidden(index) {
                 skipped.hidden += 1;
-                self.results[i].status = Status::Hidden;
-                continue;
-            }
-            if task.continued && task.skip.unmoved && self.settled(i) {
+                if task.own {
+                    self.results[i].status = Status::Hidden;
+                    continue;
+                }
+            } else if task.continued && task.skip.unmoved && self.settled(i) {
                 let corners = &task.batch.corners[index * n..(index + 1) * n];
                 if !self.changed(corners, index) {
                     skipped.unmoved += 1;
@@ -134,6 +151,12 @@ impl<T: Scalar> Chunk<'_, '_, T> {
             count += 1;
         }
         count
+    }
+
+    /// Whether nobody sees a face of the batch.
+    #[inline(always)]
+    fn hidden(&self, index: usize) -> bool {
+        self.task.visible.is_some_and(|v| !v[self.task.batch.faces[index].index()])
     }
 
     /// Whether a face's last result would come out again, were nothing to move.
@@ -147,6 +170,9 @@ impl<T: Scalar> Chunk<'_, '_, T> {
     #[inline(always)]
     fn changed(&self, corners: &[u32], index: usize) -> bool {
         let surface = self.task.surface;
+        if !surface.any {
+            return false;
+        }
         corners.iter().any(|v| surface.moved[*v as usize])
             || match &self.task.scene.corner_groups {
                 Some(groups) => {
@@ -164,7 +190,7 @@ impl<T: Scalar> Chunk<'_, '_, T> {
         let mut framed = task.kernel.frame(work);
         framed.1 = R::and(framed.1, R::not(bad));
         let mut given = Given::<R>::nothing();
-        let (mut solved, mut results) = (R::default(), [None; 64]);
+        let (mut solved, mut results) = (R::default(), [None; MOST_LANES]);
         if task.kernel.solves() {
             for (lane, i) in faces.iter().enumerate() {
                 if !R::mask_lane(framed.1, lane) {
@@ -180,27 +206,34 @@ impl<T: Scalar> Chunk<'_, '_, T> {
                 solved.set_lane(lane, T::one());
             }
             given.solved = R::zero().lt(solved);
-            given.start = task.start == Start::Previous && task.warm;
+            given.start = task.start == Start::Previous && task.own;
         } else {
-            skipped.without_knots += faces.len();
+            for i in faces {
+                skipped.without_knots += usize::from(!self.hidden(self.begin + *i as usize));
+            }
         }
         given.near = task.continued;
         if given.start {
             let k = task.kernel.stencil.knot_count();
             for (lane, i) in faces.iter().enumerate().filter(|(lane, _)| results[*lane].is_none()) {
+                // Of a face that nobody saw it is from no one knows when.
+                let stale = self.results[*i as usize].status == Status::Hidden;
                 for (state, knot) in work.state.iter_mut().zip(&self.knots[*i as usize * k..]) {
-                    state.set_lane(lane, *knot);
+                    state.set_lane(lane, if stale { KnotState::default() } else { *knot });
                 }
             }
         }
         let ended = task.kernel.finish(work, framed, given);
         for (lane, i) in faces.iter().enumerate() {
             let sound = R::mask_lane(ended.sound, lane);
-            self.results[*i as usize] = match results[lane].filter(|_| sound) {
-                Some(result) => result,
-                None => ended.lane(lane),
+            let result = match results[lane] {
+                Some((result, _)) if sound => result,
+                _ => ended.lane(lane),
             };
-            self.remember(work, lane, *i as usize, sound, results[lane].is_some());
+            let hidden = self.hidden(self.begin + *i as usize);
+            self.results[*i as usize] =
+                if hidden { FaceResult { status: Status::Hidden, ..unsolved() } } else { result };
+            self.remember(work, lane, *i as usize, sound, results[lane].map(|(_, from)| from));
         }
         self.store(work, faces, first);
     }
@@ -252,35 +285,50 @@ impl<T: Scalar> Chunk<'_, '_, T> {
         lane: usize,
         i: usize,
         skipped: &mut Skipped,
-    ) -> Option<FaceResult<T>> {
+    ) -> Option<(FaceResult<T>, From)> {
         let task = self.task;
-        let shape = || work.shape[1..].iter().map(|p| p.lane(lane));
+        if self.hidden(self.begin + i) {
+            let stencil = &task.kernel.stencil;
+            for (k, state) in work.state.iter_mut().enumerate() {
+                let (direction, half_length) = (stencil.knot_direction[k], stencil.knot_half_length[k]);
+                state.set_lane(lane, KnotState { direction, half_length });
+            }
+            return Some((unsolved(), From::Template));
+        }
         let n = task.kernel.stencil.corner_count - 1;
         let k = task.kernel.stencil.knot_count();
+        let shape = &work.shape[1..];
         let mut found = None;
         if task.skip.rigid
             && task.continued
             && self.remembered[i]
             && self.settled(i)
-            && same(shape(), &self.shapes[i * n..(i + 1) * n], task.tolerance)
+            && same(shape, lane, &self.shapes[i * n..(i + 1) * n], task.tolerance)
         {
             skipped.rigid += 1;
-            found = Some((&self.knots[i * k..(i + 1) * k], self.results[i]));
-        } else if let Some(rest) = task.rest.filter(|r| same(shape(), &r.shape[1..], task.tolerance)) {
-            skipped.rest += 1;
-            found = Some((&rest.state[..], rest.result));
-        } else if let Some(first) = task.first.filter(|f| same(shape(), &f.shape[1..], task.tolerance)) {
-            skipped.shared += 1;
-            found = Some((&first.state[..], first.result));
+            found = Some((&self.knots[i * k..(i + 1) * k], self.results[i], From::Own));
         }
-        let (knots, result) = found?;
+        if let (None, Some(rest)) = (found, task.rest)
+            && same(shape, lane, &rest.shape[1..], task.tolerance)
+        {
+            skipped.rest += 1;
+            found = Some((&rest.state[..], rest.result, From::Rest));
+        }
+        if let (None, Some(first)) = (found, task.first)
+            && same(shape, lane, &first.shape[1..], task.tolerance)
+        {
+            skipped.shared += 1;
+            found = Some((&first.state[..], first.result, From::First));
+        }
+        let (knots, result, from) = found?;
         for (state, knot) in work.state.iter_mut().zip(knots) {
             state.set_lane(lane, *knot);
         }
-        Some(result)
+        Some((result, from))
     }
 
-    /// Keeps a face's knots, and the shape that they were solved for.
+    /// Keeps a face's knots, and the shape that they were solved for. That is not always its own: were it taken for
+    /// the face's own, errors within the tolerance would add up.
     #[inline(always)]
     fn remember<R: Real<Scalar = T>>(
         &mut self,
@@ -288,31 +336,35 @@ impl<T: Scalar> Chunk<'_, '_, T> {
         lane: usize,
         i: usize,
         sound: bool,
-        known: bool,
+        from: Option<From>,
     ) {
-        let k = self.task.kernel.stencil.knot_count();
-        if known && sound {
-            // Of its own shape it is known still; of another's it would drift if it were taken for its own.
-            for (knot, state) in self.knots[i * k..(i + 1) * k].iter_mut().zip(&work.state) {
-                let state = state.lane(lane);
-                if *knot != state {
-                    *knot = state;
-                    if let Some(own) = self.remembered.get_mut(i) {
-                        *own = false;
-                    }
-                }
-            }
+        if sound && from == Some(From::Own) {
             return;
         }
+        let task = self.task;
+        let seen = from != Some(From::Template);
+        let k = task.kernel.stencil.knot_count();
         for (knot, state) in self.knots[i * k..(i + 1) * k].iter_mut().zip(&work.state) {
-            *knot = state.lane(lane);
+            *knot = if seen { state.lane(lane) } else { KnotState::default() };
         }
-        if !self.shapes.is_empty() {
-            let n = self.task.kernel.stencil.corner_count - 1;
-            for (kept, corner) in self.shapes[i * n..(i + 1) * n].iter_mut().zip(&work.shape[1..]) {
-                *kept = corner.lane(lane);
+        if self.shapes.is_empty() {
+            return;
+        }
+        self.remembered[i] = sound && seen;
+        let n = task.kernel.stencil.corner_count - 1;
+        let kept = &mut self.shapes[i * n..(i + 1) * n];
+        let other = match from {
+            Some(From::Rest) => task.rest,
+            Some(From::First) => task.first,
+            _ => None,
+        };
+        match other {
+            Some(other) => kept.copy_from_slice(&other.shape[1..]),
+            None => {
+                for (kept, corner) in kept.iter_mut().zip(&work.shape[1..]) {
+                    *kept = corner.lane(lane);
+                }
             }
-            self.remembered[i] = sound;
         }
     }
 

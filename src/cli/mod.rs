@@ -9,6 +9,7 @@ mod measure;
 mod progress;
 mod relax;
 mod report;
+mod skip;
 mod stress;
 mod templates;
 

@@ -3,6 +3,7 @@
 use super::inputs::{self, Rename};
 use super::progress::Progress;
 use super::report::{self, FrameReport, Inputs, Report, Seconds};
+use super::skip::{SkipArguments, SkipReport, Visible};
 use super::{Console, Ending};
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Precision, Running, table_cache};
 use knotmesh::curve::{CurveExtras, FrameCurves, UNIFORM_SUBDIVISION};
@@ -81,6 +82,8 @@ pub struct Arguments {
     /// Threads; 0 takes one per core.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
+    #[command(flatten)]
+    pub skip: SkipArguments,
     /// mean-value joins corners across faces; wachspress treats each face on its own, as smobj-to-yarns does.
     #[arg(long, value_enum, default_value = "mean-value")]
     pub coordinates: CoordinatesName,
@@ -195,6 +198,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
 fn check_outputs(arguments: &Arguments) -> Result<()> {
     let same = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let inputs = arguments.templates.iter().chain(&arguments.rest).chain([&arguments.mesh]);
+    let inputs = inputs.chain(&arguments.skip.visible);
     let inputs: Vec<PathBuf> =
         inputs.chain(&arguments.frames.as_ref().map(PathBuf::from)).map(|p| same(p)).collect();
     let mut seen = Vec::new();
@@ -275,7 +279,13 @@ impl Job<'_> {
             weight_angle: arguments.weight_angle,
             weight_length: arguments.weight_length,
         };
-        let running = Running { threads: arguments.threads, ..Running::default() };
+        let result = |path: &PathBuf| CurveFormat::from_path(path).is_ok_and(|f| f == CurveFormat::Npz);
+        let running = Running {
+            threads: arguments.threads,
+            width: arguments.skip.width(),
+            skip: arguments.skip.skip(),
+            energies: arguments.report.is_some() || arguments.outputs.iter().any(result),
+        };
         let began = Instant::now();
         let (scene, cache) = (self.scene.clone(), table_cache::folder());
         let mut backend = CpuBackend::<T>::with_cache(scene, &settings, &running, cache.as_deref())?;
@@ -296,6 +306,9 @@ impl Job<'_> {
             return Err(Error::invalid("the frame source holds no frames: nothing to do"));
         }
 
+        let faces = self.scene.face_places.len();
+        let visible = arguments.skip.visible.as_ref();
+        let mut visible = visible.map(|path| Visible::open(path, faces, count)).transpose()?;
         let mut sinks: Vec<Sink> = Vec::new();
         let mut positions = own_positions;
         let mut output = FrameOutput::default();
@@ -306,6 +319,9 @@ impl Job<'_> {
         for (done, frame) in range.clone().enumerate() {
             if let Some(source) = &mut source {
                 timed(&mut self.seconds.read_frames, || source.read(frame, &mut positions))?;
+            }
+            if let Some(visible) = &mut visible {
+                timed(&mut self.seconds.read_frames, || visible.show(frame, &mut backend))?;
             }
             timed(&mut self.seconds.solve, || backend.frame(&positions, &mut output))?;
             if sinks.is_empty() {
@@ -345,7 +361,8 @@ impl Job<'_> {
             self.seconds.total = self.began.elapsed().as_secs_f64();
             let (inputs, seconds) = (self.inputs, self.seconds);
             let tables = backend.tables().reports.clone();
-            Report { inputs, tables, frames: reports, peak_memory_bytes: peak_memory, files, seconds }
+            let skip = SkipReport::new(&arguments.skip);
+            Report { inputs, skip, tables, frames: reports, peak_memory_bytes: peak_memory, files, seconds }
                 .write(path)?;
         }
         Ok(if fell_back.is_empty() || arguments.allow_degenerate { Ending::Done } else { Ending::FellBack })

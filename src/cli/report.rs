@@ -1,7 +1,8 @@
 //! `--report`: what a run did, as JSON.
 
 use super::relax::Arguments;
-use knotmesh::backend::{FrameOutput, TableReport};
+use super::skip::SkipReport;
+use knotmesh::backend::{FrameOutput, Skipped, TableReport};
 use knotmesh::curve::FrameCurves;
 use knotmesh::ids::FaceId;
 use knotmesh::io::output::Output;
@@ -25,6 +26,8 @@ pub struct Report {
     /// What was read and compiled.
     #[serde(flatten)]
     pub inputs: Inputs,
+    /// What could be left undone.
+    pub skip: SkipReport,
     /// One per stitch type with a table.
     pub tables: Vec<TableReport>,
     /// One per frame.
@@ -122,6 +125,7 @@ pub struct FrameReport {
     frame: usize,
     statuses: BTreeMap<Status, usize>,
     fell_back: Vec<u32>,
+    skipped: Skipped,
     energy_start: Energy,
     energy: Energy,
     segment_error: Stretch,
@@ -166,6 +170,7 @@ impl FrameReport {
             frame,
             statuses,
             fell_back: fell_back.iter().map(|f| f.0).collect(),
+            skipped: output.skipped,
             energy_start: Energy::new(output.faces.iter().map(|f| f.energy_start.to_f64()).collect()),
             energy: Energy::new(output.faces.iter().map(|f| f.energy.to_f64()).collect()),
             segment_error: stretch(scene, output),

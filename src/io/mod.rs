@@ -5,6 +5,7 @@ pub mod convert;
 pub mod curve_info;
 pub mod curves;
 mod embedded;
+pub mod face_mask;
 pub mod frames;
 pub mod library;
 pub mod mitsuba;

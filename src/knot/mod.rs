@@ -107,9 +107,9 @@ impl Status {
 /// What is known of a face after its work is done.
 #[derive(Clone, Copy, Debug)]
 pub struct FaceResult<T> {
-    /// E at the start; 0 where there is no frame.
+    /// E at the start; 0 where there is no frame, NaN where nobody asked ([`Kernel::with_energies`]).
     pub energy_start: T,
-    /// E at the end.
+    /// E at the end; likewise.
     pub energy: T,
     /// How it ended.
     pub status: Status,
@@ -126,6 +126,7 @@ pub struct Kernel<S> {
     beta: Option<S>,
     weights: Weights<S>,
     table: Option<Arc<Table<S>>>,
+    energies: bool,
 }
 
 /// Scratch space for the kernels of one thread: what a run is given, and what it leaves. A face a lane.
@@ -214,12 +215,18 @@ impl<S: Scalar> Kernel<S> {
                 length: S::of(settings.weight_length.sqrt()),
             },
             table: None,
+            energies: true,
         }
     }
 
     /// Starts solves from a table, made for this stitch type and these settings.
     pub fn with_table(self, table: Option<Arc<Table<S>>>) -> Self {
         Self { table, ..self }
+    }
+
+    /// Whether energies are worked out that the method does not need; else they are NaN. They are unless told.
+    pub fn with_energies(self, energies: bool) -> Self {
+        Self { energies, ..self }
     }
 
     /// Makes room in a workspace.
@@ -286,11 +293,11 @@ impl<S: Scalar> Kernel<S> {
             start::rigid(stencil, &mut work.solve.state);
         }
         let outcome = if left {
-            work.solve.run(stencil, &weights, self.solver, self.iterations, damping)
+            work.solve.run(stencil, &weights, self.solver, self.iterations, damping, self.energies)
         } else if solves {
             solve::Outcome::none()
         } else {
-            work.solve.run(stencil, &weights, Solver::GaussNewton, 0, T::zero())
+            work.solve.run(stencil, &weights, Solver::GaussNewton, 0, T::zero(), self.energies)
         };
         if solves && T::any(given.solved) {
             for (state, earlier) in work.solve.state.iter_mut().zip(&work.state) {
@@ -299,7 +306,7 @@ impl<S: Scalar> Kernel<S> {
             work.solve.place(stencil);
         }
 
-        let mut sound = T::and(usable, T::or(given.solved, outcome.end.finite()));
+        let mut sound = T::and(usable, T::or(given.solved, outcome.finite));
         for (i, p) in stencil.points.iter().enumerate() {
             if matches!(p.role, Role::Contact | Role::Control) {
                 let (seat, at) = (&work.seats[p.knot as usize], work.solve.points.plane[i]);

@@ -64,6 +64,8 @@ pub struct Outcome<T: Real> {
     pub converged: T::Mask,
     /// Steps that changed the state.
     pub steps: T,
+    /// Whether the end is finite: its energy, or what stands in for it.
+    pub finite: T::Mask,
 }
 
 impl<T: Real> Outcome<T> {
@@ -71,7 +73,7 @@ impl<T: Real> Outcome<T> {
     #[inline(always)]
     pub fn none() -> Self {
         let (zero, no) = (T::zero(), T::mask(false));
-        Self { start: zero, end: zero, at_rest: no, converged: no, steps: zero }
+        Self { start: zero, end: zero, at_rest: no, converged: no, steps: zero, finite: no }
     }
 }
 
@@ -91,7 +93,8 @@ impl<T: Real> Solve<T> {
         self.frozen.resize(n, T::mask(false));
     }
 
-    /// Runs up to `iterations` steps from `state`; `damping` is that of the first one.
+    /// Runs up to `iterations` steps from `state`; `damping` is that of the first one. Without `energies` those that
+    /// the iteration itself does not need are NaN.
     #[inline(always)]
     pub fn run(
         &mut self,
@@ -100,6 +103,7 @@ impl<T: Real> Solve<T> {
         solver: Solver,
         iterations: u32,
         damping: T,
+        energies: bool,
     ) -> Outcome<T> {
         let safe = solver == Solver::Safeguarded;
         let shortest = T::splat(stencil.yarn_radius) * T::of(0.5);
@@ -158,10 +162,23 @@ impl<T: Real> Solve<T> {
             }
         }
         self.place(stencil);
+        if !energies && (!safe || iterations == 0) {
+            // The state's squares overflow where the energy's would, or nearly.
+            let mut size = T::zero();
+            for state in &self.state {
+                let l = state.half_length;
+                size += weights.length * weights.length * (l * l) + state.direction.dot(state.direction);
+            }
+            outcome.finite = size.finite();
+            outcome.end = T::of(f64::NAN);
+            outcome.start = if iterations == 0 { outcome.end } else { outcome.start };
+            return outcome;
+        }
         if !safe || iterations == 0 {
             outcome.end = self.points.energy(stencil, weights, &self.state);
             outcome.start = if iterations == 0 { outcome.end } else { outcome.start };
         }
+        outcome.finite = outcome.end.finite();
         outcome
     }
 

@@ -274,7 +274,7 @@ impl<'a> Face<'a> {
         work.fit(stencil);
         self.put(&mut work.points, strains);
         work.state.copy_from_slice(start);
-        let outcome = work.run(stencil, &weights, Solver::Safeguarded, STEPS, DAMPING);
+        let outcome = work.run(stencil, &weights, Solver::Safeguarded, STEPS, DAMPING, true);
         let state = work.state.clone();
         let points = &mut work.points;
         let n = 2 * state.len();

@@ -3,10 +3,12 @@
 mod chain;
 mod stencil;
 mod terms;
+mod visible;
 
 pub use chain::{NO_SLOT as NO_SECOND_SLOT, StrandEnd, StrandPlace, Yarns};
 pub use stencil::{Role, Stencil, StencilPoint};
 pub use terms::{NOT_OWN, OwnCosine, OwnLength, Term, Terms};
+pub use visible::{Camera, visible_faces};
 
 use crate::ids::{FaceId, TemplateId};
 use crate::mesh::corners::CornerGroups;

@@ -138,7 +138,7 @@ impl<T: Precision> Runner<T> {
 
 /// Every face is solved, whatever is known of it.
 fn running(threads: usize, width: Width) -> Running {
-    Running { threads, width, skip: Skip::NOTHING }
+    Running { threads, width, skip: Skip::NOTHING, ..Running::default() }
 }
 
 /// The backends of one precision.
