@@ -1,6 +1,9 @@
 //! Whole frames in lanes against the scalar f32, bit for bit: points, knots, energies, statuses, what was skipped.
 //!
-//! Seeded faults, each seen red: see FAULTS.
+//! Seeded faults, each seen red: a scalar product of lanes with a fused multiply-add, or summed from its last term; the
+//! last lane's corners not loaded; the points of a strand stored backwards; quotients by the reciprocal; `any` blind to
+//! the last lane. Lanes left over at a group's end may hold anything, and may be solved or not: no lane looks at
+//! another, and the tests were seen green with both.
 
 use super::{bits, widths};
 use crate::common::Random;

@@ -1,6 +1,8 @@
 //! Each operation of lanes against the scalar's, on special values and random bits.
 //!
-//! Seeded faults in `Lanes`, each seen red: see FAULTS.
+//! Seeded faults in `Lanes`, each seen red: a negation as 0 - x, the greater one chosen the other way round (NaN, -0),
+//! `le` as the opposite of the converse `lt` (NaN), a quotient as a product with the reciprocal, `any` blind to the last
+//! lane.
 
 use super::{bits, widths};
 use crate::common::Random;
