@@ -14,7 +14,7 @@ use glam::DVec2;
 use knotmesh::backend::Precision;
 use knotmesh::knot::table::{Grid, Table};
 use knotmesh::knot::{Given, Kernel, Settings, Solver, Workspace};
-use knotmesh::math::V3;
+use knotmesh::math::{Scalar, V3};
 use knotmesh::measure::accuracy::{Deformation, Solved, TO_THE_END, Trial};
 use knotmesh::measure::quantile;
 use knotmesh::scene::Mode;
