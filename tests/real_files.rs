@@ -114,8 +114,7 @@ fn assert_whole(run: &Run<f64>, mesh: &StitchMesh, what: &str) -> (usize, usize)
     let joined: HashSet<(u32, u32)> =
         mesh.joins.iter().flat_map(|j| [j.a, j.b]).map(|e| (e.face.0, e.edge)).collect();
     let mut loose = Vec::new();
-    for point in 0..yarns.point_count() {
-        let [slot, second] = point_slots[point];
+    for [slot, second] in point_slots.iter().copied() {
         let (batch, index, local) = scene.slot_place(slot);
         if second != NO_SECOND_SLOT || scene.stencils[batch.stencil].points[local].role != Role::Boundary {
             continue;

@@ -21,6 +21,14 @@ impl<'a, T: Copy> Scatter<'a, T> {
         Self { first: slice.as_mut_ptr(), len: slice.len(), slice: PhantomData }
     }
 
+    /// Where `count` elements begin, all of them within the slice; written to as [`Scatter::write`] demands.
+    #[inline(always)]
+    pub fn begin(&self, at: usize, count: usize) -> *mut T {
+        assert!(at <= self.len && count <= self.len - at);
+        // SAFETY: within the slice.
+        unsafe { self.first.add(at) }
+    }
+
     /// Writes an element.
     ///
     /// # Safety

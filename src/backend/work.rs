@@ -7,7 +7,7 @@ use super::surface::{Surface, stand_in};
 use super::unsolved;
 use crate::knot::{Ended, FaceResult, Given, Kernel, KnotState, Start, Status, Workspace};
 use crate::math::{Real, Scalar, V2, V3, Wide, Width};
-use crate::scene::{Batch, Scene, StrandEnd};
+use crate::scene::{Batch, Scene, StrandEnd, StrandPlace};
 use std::any::Any;
 use std::sync::Mutex;
 
@@ -381,12 +381,24 @@ impl<T: Precision> Chunk<'_, '_, T> {
             let at = task.batch.first_strand + (self.begin + *i as usize) * strands;
             for (place, range) in task.scene.yarns.strands[at..at + strands].iter().zip(offsets.windows(2)) {
                 let points = &work.points[range[0]..range[1]];
-                self.put(place.end(0), points[0].lane(lane));
-                for (k, point) in points.iter().enumerate().take(points.len() - 1).skip(1) {
-                    self.put(StrandEnd::Point(place.inner(k as u32)), point.lane(lane));
-                }
-                self.put(place.end(1), points[points.len() - 1].lane(lane));
+                let [begin, inside @ .., end] = points else { continue };
+                self.put(place.end(0), begin.lane(lane));
+                self.put_inside(*place, inside, lane);
+                self.put(place.end(1), end.lane(lane));
             }
+        }
+    }
+
+    /// Puts a lane's points between the ends of a strand.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    fn put_inside<R: Real<Scalar = T>>(&self, place: StrandPlace, points: &[V3<R>], lane: usize) {
+        let (lowest, with) = place.inside(points.len() as u32);
+        let target = self.task.points.begin(lowest as usize, points.len());
+        for (i, point) in points.iter().enumerate() {
+            let at = if with { i } else { points.len() - 1 - i };
+            // SAFETY: fewer than the points that `begin` has seen; else as in `put`.
+            unsafe { target.add(at).write(point.lane(lane)) };
         }
     }
 

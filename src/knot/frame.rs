@@ -55,7 +55,10 @@ pub fn gradient<T: Real>(gradients: &[V2<T::Scalar>], corners: &[V3<T>]) -> (V3<
 pub fn blend<T: Real>(weights: &[T::Scalar], vectors: &[V3<T>]) -> V3<T> {
     let mut sum = V3::zero();
     for (w, v) in weights.iter().zip(vectors) {
-        sum = sum + *v * T::splat(*w);
+        // On an edge only its two corners count.
+        if *w != T::Scalar::zero() {
+            sum = sum + *v * T::splat(*w);
+        }
     }
     sum
 }

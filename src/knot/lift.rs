@@ -66,6 +66,10 @@ impl<T: Real> Seat<T> {
 
 /// The place of an interpolated point that lies at `at` on the surface, relative to the face's first corner.
 #[inline(always)]
-pub fn interpolate<T: Real>(weights: &[T::Scalar], at: V3<T>, normals: &[V3<T>], z: T) -> V3<T> {
-    at + blend(weights, normals).normalized_or_zero() * z
+pub fn interpolate<T: Real>(weights: &[T::Scalar], at: V3<T>, normals: &[V3<T>], z: T::Scalar) -> V3<T> {
+    // Most points on edges lie on the surface: they need no normal.
+    if z == T::Scalar::zero() {
+        return at;
+    }
+    at + blend(weights, normals).normalized_or_zero() * T::splat(z)
 }

@@ -272,7 +272,7 @@ impl<S: Scalar> Kernel<S> {
             if matches!(p.role, Role::Boundary | Role::Free) {
                 let weights = &stencil.weights[i * n..(i + 1) * n];
                 let at = frame::blend(weights, &work.corners);
-                work.points[i] = lift::interpolate(weights, at, &work.normals, T::splat(p.z));
+                work.points[i] = lift::interpolate(weights, at, &work.normals, p.z);
                 work.solve.points.plane[i] = frame.plane(at);
             }
         }
@@ -362,7 +362,7 @@ impl<S: Scalar> Kernel<S> {
         for (i, p) in stencil.points.iter().enumerate() {
             let weights = &stencil.weights[i * n..(i + 1) * n];
             let at = frame::blend(weights, &work.corners);
-            let point = lift::interpolate(weights, at, &work.normals, T::splat(p.z));
+            let point = lift::interpolate(weights, at, &work.normals, p.z);
             work.points[i] = V3::select(sound, work.points[i], point);
         }
         for state in &mut work.state {

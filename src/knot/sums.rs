@@ -310,7 +310,7 @@ impl<T: Real> Moves<T> {
         let code = self.codes[i];
         if code == 0 || (code as usize - 1) / 2 != j / 2 {
             None
-        } else if j % 2 == 0 {
+        } else if j.is_multiple_of(2) {
             // Turning d turns what is measured from the centre along.
             Some(self.offsets[i].turned())
         } else if code % 2 == 1 {
@@ -358,6 +358,7 @@ fn entry<T>(term: &Term<T>, i: usize, j: usize, n: usize) -> usize {
 
 /// Adds a residual r with the derivatives `row` by the term's unknowns to A and b.
 #[inline(always)]
+#[allow(clippy::needless_range_loop)]
 fn add_first<T: Real, const N: usize>(
     term: &Term<T::Scalar>,
     row: &[Option<T>; N],

@@ -53,6 +53,15 @@ impl StrandPlace {
         if self.start & TOP == 0 { start.wrapping_add(i) } else { start.wrapping_sub(i) }
     }
 
+    /// The lowest control point of the strand's points but its ends, `count` of them, and whether the yarn runs with
+    /// the strand.
+    #[inline(always)]
+    pub fn inside(self, count: u32) -> (u32, bool) {
+        let start = self.start & !TOP;
+        let with = self.start & TOP == 0;
+        (if with { start.wrapping_add(1) } else { start.wrapping_sub(count) }, with)
+    }
+
     /// Where the first (0) or the last (1) point goes.
     #[inline(always)]
     pub fn end(self, end: usize) -> StrandEnd {
