@@ -231,7 +231,7 @@ impl<T: Precision> CpuBackend<T> {
             firsts: &self.firsts,
             start: self.start,
             running: self.running,
-            own: output.backend == self.name,
+            own: output.backend == self.name || output.backend == super::GIVEN,
             continued,
             visible: self.visible.as_deref(),
             benches: &self.benches,

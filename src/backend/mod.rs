@@ -55,6 +55,9 @@ pub struct FrameOutput<T> {
     stamp: u64,
 }
 
+/// In place of a backend's name: the knots are starts that somebody gave.
+const GIVEN: u64 = u64::MAX;
+
 impl<T> Default for FrameOutput<T> {
     fn default() -> Self {
         Self {
@@ -74,7 +77,7 @@ impl<T: Scalar> FrameOutput<T> {
     /// An output whose knots (in batch order) a backend with [`crate::knot::Start::Previous`] that has run before
     /// starts from, whatever they are.
     pub fn starting_from(knots: Vec<crate::knot::KnotState<T>>) -> Self {
-        Self { knots, ..Self::default() }
+        Self { knots, backend: GIVEN, ..Self::default() }
     }
 
     /// A control point in world coordinates.

@@ -130,6 +130,7 @@ impl FromState {
             self.backend.frame(positions, &mut FrameOutput::default())?;
             self.ran = true;
         }
+        *output = FrameOutput::starting_from(std::mem::take(&mut output.knots));
         self.backend.frame(positions, output)
     }
 }
