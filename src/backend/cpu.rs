@@ -266,17 +266,22 @@ impl<T: Precision> CpuBackend<T> {
 
 impl<T: Precision> Backend<T> for CpuBackend<T> {
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()> {
+        let continued = self.stamp != 0 && output.stamp == self.stamp;
+        // With the previous frame's start, a face that stands still goes on towards its optimum.
+        let known = continued && !self.shown_anew && self.start != Start::Previous;
+        let may_stay = known && self.running.skip.unmoved;
+        let hidden = output.skipped.hidden;
+        let stays =
+            Skipped { hidden, unmoved: self.scene.face_count.saturating_sub(hidden), ..Skipped::default() };
+        if may_stay && self.surface.rests(positions) {
+            output.skipped = stays;
+            return Ok(());
+        }
         // Tasks run in the pool's own threads, so that each finds its workspace.
         let pool = self.pool.clone();
         pool.install(|| {
-            let moved = self.surface.update(&self.scene, positions)?;
-            let continued = self.stamp != 0 && output.stamp == self.stamp;
-            // With the previous frame's start, a face that stands still goes on towards its optimum.
-            let still = continued && !moved && !self.shown_anew && self.start != Start::Previous;
-            if still && self.running.skip.unmoved {
-                let hidden = output.skipped.hidden;
-                output.skipped =
-                    Skipped { hidden, unmoved: self.scene.face_count - hidden, ..Skipped::default() };
+            if !self.surface.update(&self.scene, positions)? && may_stay {
+                output.skipped = stays;
                 return Ok(());
             }
             output.origin = self.surface.origin();

@@ -41,6 +41,12 @@ impl<T: Scalar> Surface<T> {
         self.origin.unwrap_or(DVec3::ZERO)
     }
 
+    /// Whether nothing moves in a frame after one in which nothing moved: the cheapest way to know.
+    pub fn rests(&self, positions: &[DVec3]) -> bool {
+        let bits = bytemuck::cast_slice::<DVec3, u64>;
+        !self.any && !self.local.is_empty() && bits(&self.last) == bits(positions)
+    }
+
     /// Takes a frame's positions; says whether anything moved.
     pub fn update(&mut self, scene: &Scene, positions: &[DVec3]) -> Result<bool> {
         if positions.len() != scene.vertex_count {
