@@ -281,6 +281,41 @@ fn a_drift_is_followed() {
     }
 }
 
+/// A mesh that turns as one keeps its yarn frame after frame, and a part that then moves meets the rest where it is.
+#[test]
+fn a_long_turn_does_not_drift() {
+    let mesh = lace();
+    let scene = compiled(&mesh);
+    let pose = moved(&mesh, "noise", 1);
+    let mut plain = backend::<f32>(&scene, &settings(Start::Table), &running(Skip::NOTHING));
+    let mut other = backend::<f32>(&scene, &settings(Start::Table), &running(Skip::default()));
+    let [mut a, mut b] = [FrameOutput::default(), FrameOutput::default()];
+    let (mut most, mut first_lifted) = (0.0f64, None);
+    for frame in 0..70 {
+        let t = f64::from(frame) * 0.09;
+        let turn = DMat3::from_rotation_y(t) * DMat3::from_rotation_z(1.7 * t);
+        let mut positions: Vec<DVec3> =
+            pose.iter().map(|p| turn * *p + DVec3::new(4.0, 1.0, -2.0) * t).collect();
+        if frame % 10 == 9 {
+            // A tenth of the vertices move on their own, and back.
+            for p in positions.iter_mut().take(pose.len() / 10) {
+                p.z += 0.05;
+            }
+        }
+        plain.frame(&positions, &mut a).unwrap();
+        other.frame(&positions, &mut b).unwrap();
+        most = apart(&scene, &a, &b).into_iter().fold(most, f64::max);
+        let s = b.skipped;
+        if frame % 10 != 9 && frame % 10 != 0 {
+            assert_eq!(s.rigid + s.without_knots, scene.face_count, "frame {frame}");
+            first_lifted.get_or_insert(frame);
+        }
+    }
+    println!("{most:.1e} r at most");
+    assert_eq!(first_lifted, Some(1));
+    assert!(most < 2e-3, "{most:.1e} r");
+}
+
 /// The same bits for any number of threads and lanes, with everything skipped that can be.
 #[test]
 fn skipping_does_not_depend_on_threads_or_lanes() {

@@ -1,6 +1,7 @@
 //! The CPU backend: rayon over chunks of each batch, lanes within a chunk.
 
 use super::known::Known;
+use super::rigid::{self, Motion};
 use super::scatter::Scatter;
 use super::skip::{Skip, Skipped};
 use super::surface::Surface;
@@ -68,6 +69,8 @@ pub struct CpuBackend<T: Precision> {
     /// `[face of the mesh]` which faces are worked on, if not all.
     visible: Option<Vec<bool>>,
     shown_anew: bool,
+    /// Frames in a row that were turned along as one.
+    turned: u32,
     /// Names this backend, and its last frame.
     name: u64,
     stamp: u64,
@@ -146,6 +149,7 @@ impl<T: Precision> CpuBackend<T> {
             seam_faces: Vec::new(),
             visible: None,
             shown_anew: false,
+            turned: 0,
             name: STAMPS.fetch_add(1, Relaxed),
             stamp: 0,
             scene,
@@ -247,6 +251,16 @@ impl<T: Precision> CpuBackend<T> {
         frame.batches(0..scene.batches.len(), part)
     }
 
+    /// The motion of the whole mesh as one since the last frame, where that is looked for.
+    fn rigid(&self, positions: &[DVec3]) -> Option<Motion> {
+        let skip = self.running.skip;
+        if !skip.rigid || self.turned >= rigid::FRAMES {
+            return None;
+        }
+        let share = skip.tolerance / f64::from(rigid::FRAMES);
+        self.surface.rigid(positions, share * self.scene.yarn_radius * self.scene.gauge)
+    }
+
     /// Shared points are the mean of what both faces say.
     fn join(&self, output: &mut FrameOutput<T>) {
         let half = T::of(0.5);
@@ -280,8 +294,20 @@ impl<T: Precision> Backend<T> for CpuBackend<T> {
         // Tasks run in the pool's own threads, so that each finds its workspace.
         let pool = self.pool.clone();
         pool.install(|| {
+            let motion = if known && self.visible.is_none() { self.rigid(positions) } else { None };
             if !self.surface.update(&self.scene, positions)? && may_stay {
                 output.skipped = stays;
+                return Ok(());
+            }
+            self.turned = if motion.is_some() { self.turned + 1 } else { 0 };
+            if let Some(motion) = motion {
+                let (origin, gauge) = (output.origin, output.gauge);
+                motion.carry(origin, gauge, &mut output.points);
+                motion.carry(origin, gauge, &mut self.sides);
+                let solved = self.scene.batches.iter().zip(&self.kernels).filter(|(_, k)| k.solves());
+                let rigid = solved.map(|(b, _)| b.faces.len()).sum();
+                let without_knots = self.scene.face_count - rigid;
+                output.skipped = Skipped { rigid, without_knots, ..Skipped::default() };
                 return Ok(());
             }
             output.origin = self.surface.origin();

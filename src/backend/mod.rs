@@ -2,6 +2,7 @@
 
 mod cpu;
 mod known;
+mod rigid;
 mod scatter;
 mod skip;
 mod surface;

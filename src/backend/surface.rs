@@ -1,5 +1,6 @@
 //! The surface of a frame: places in template units, normals around corners, and what of them changed.
 
+use super::rigid::Motion;
 use crate::math::{Real, Scalar, V3};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -45,6 +46,12 @@ impl<T: Scalar> Surface<T> {
     pub fn rests(&self, positions: &[DVec3]) -> bool {
         let bits = bytemuck::cast_slice::<DVec3, u64>;
         !self.any && !self.local.is_empty() && bits(&self.last) == bits(positions)
+    }
+
+    /// The motion of all vertices as one since the last frame, if there is one to within `tolerance`, world units.
+    pub fn rigid(&self, positions: &[DVec3], tolerance: f64) -> Option<Motion> {
+        let fits = !self.not_finite && self.last.len() == positions.len();
+        if fits { Motion::find(&self.last, positions, tolerance) } else { None }
     }
 
     /// Takes a frame's positions; says whether anything moved.
