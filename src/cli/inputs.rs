@@ -17,6 +17,19 @@ pub fn library(paths: &[PathBuf]) -> Result<TemplateLibrary> {
     Ok(library)
 }
 
+/// The mesh of a command, the library, and the rest mesh's positions if one is named.
+pub fn all(
+    mesh: &Path,
+    templates: &[PathBuf],
+    map: &[Rename],
+    rest: Option<&Path>,
+) -> Result<(StitchMesh, TemplateLibrary, Option<Vec<glam::DVec3>>)> {
+    let library = library(templates)?;
+    let at_rest = |path| self::mesh(path, &library, map).map(|m| m.positions);
+    let (mesh, rest) = (self::mesh(mesh, &library, map)?, rest.map(at_rest).transpose()?);
+    Ok((mesh, library, rest))
+}
+
 /// A `--map OLDKEY=KEY` rule.
 #[derive(Clone, Debug)]
 pub struct Rename {

@@ -81,12 +81,8 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<()> {
     let variants = chosen(arguments)?;
     let progress = Progress::new(console.quiet);
     progress.stage("reading");
-    let library = inputs::library(&arguments.templates)?;
-    let mesh = inputs::mesh(&arguments.mesh, &library, &arguments.map)?;
-    let rest = match &arguments.rest {
-        Some(path) => Some(inputs::mesh(path, &library, &arguments.map)?.positions),
-        None => None,
-    };
+    let (mesh, library, rest) =
+        inputs::all(&arguments.mesh, &arguments.templates, &arguments.map, arguments.rest.as_deref())?;
     let poses = poses(arguments, &mesh)?;
     let options = SceneOptions {
         coordinates: arguments.coordinates.into(),

@@ -1,6 +1,6 @@
 //! Which faces are wanted, in a `.npy` file: booleans or bytes, `[face]` or `[frame, face]`.
 
-use super::npy::{LONGEST, Mismatch, NpyHeader};
+use super::npy::{self, NpyHeader};
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -25,11 +25,7 @@ impl FaceMask {
     /// A file that cannot be read, of another kind, shape or type, or shorter than its header says.
     pub fn open(path: &Path, faces: usize) -> Result<Self> {
         let io = |e| Error::io(path, e);
-        let mut file = File::open(path).map_err(io)?;
-        let mut start = Vec::new();
-        file.by_ref().take(LONGEST as u64).read_to_end(&mut start).map_err(io)?;
-        let header = NpyHeader::parse(&start)
-            .map_err(|Mismatch { at, found, expected }| Error::binary(path, at, found, expected))?;
+        let (mut file, header) = npy::open(path)?;
         if !matches!((header.kind, header.size), (b'b' | b'u', 1)) {
             let found = format!("numbers of kind '{}{}'", char::from(header.kind), header.size);
             return Err(Error::binary(path, 0, found, "booleans or bytes ('|b1', '|u1')"));

@@ -32,6 +32,21 @@ pub struct Mismatch {
     pub expected: String,
 }
 
+/// Opens a `.npy` file and reads its header.
+///
+/// # Errors
+/// A file that cannot be read, or of another kind.
+pub fn open(path: &std::path::Path) -> crate::Result<(std::fs::File, NpyHeader)> {
+    use std::io::Read;
+    let io = |e| crate::Error::io(path, e);
+    let mut file = std::fs::File::open(path).map_err(io)?;
+    let mut start = Vec::new();
+    file.by_ref().take(LONGEST as u64).read_to_end(&mut start).map_err(io)?;
+    let header = NpyHeader::parse(&start)
+        .map_err(|Mismatch { at, found, expected }| crate::Error::binary(path, at, found, expected))?;
+    Ok((file, header))
+}
+
 type Result<T> = std::result::Result<T, Mismatch>;
 
 fn wrong<T>(at: usize, found: impl Into<String>, expected: impl Into<String>) -> Result<T> {

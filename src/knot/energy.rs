@@ -2,7 +2,7 @@
 //! (Huang et al. 2025, eq. 3, 5, 6; model section 4).
 
 use super::start::KnotState;
-use super::sums::{self, Sums};
+use super::sums::{self, At, Sums};
 use crate::math::{Real, V2};
 use crate::scene::{NOT_OWN, Role, Stencil, Term};
 
@@ -117,30 +117,33 @@ impl<T: Real> Points<T> {
             let r = weights.angle * (cosine - T::splat(own.rest));
             energy += T::splat(own.count) * (r * r);
         }
-        for i in &terms.cross_lengths {
-            let r = weights.length
-                * (self.segments[*i as usize].length - T::splat(terms.lengths[*i as usize].rest));
-            energy += r * r;
-        }
-        for i in &terms.cross_cosines {
-            let term = &terms.cosines[*i as usize];
-            let r = weights.angle * (self.cosine(term) - T::splat(term.rest));
-            energy += r * r;
-        }
-        energy
+        self.add_terms(energy, stencil, weights, [&terms.cross_lengths, &terms.cross_cosines])
     }
 
     /// What terms add that depend on no knot.
     #[inline(always)]
     fn fixed_energy(&self, stencil: &Stencil<T::Scalar>, weights: &Weights<T>) -> T {
         let terms = &stencil.terms;
-        let mut energy = T::zero();
-        for i in &terms.fixed_lengths {
-            let r = weights.length
-                * (self.segments[*i as usize].length - T::splat(terms.lengths[*i as usize].rest));
+        self.add_terms(T::zero(), stencil, weights, [&terms.fixed_lengths, &terms.fixed_cosines])
+    }
+
+    /// The energy with that of some lengths and cosines added one by one: the order is that of
+    /// [`Points::assemble`], so that both give the same bits.
+    #[inline(always)]
+    fn add_terms(
+        &self,
+        mut energy: T,
+        stencil: &Stencil<T::Scalar>,
+        weights: &Weights<T>,
+        [lengths, cosines]: [&[u32]; 2],
+    ) -> T {
+        let terms = &stencil.terms;
+        for i in lengths {
+            let (segment, term) = (&self.segments[*i as usize], &terms.lengths[*i as usize]);
+            let r = weights.length * (segment.length - T::splat(term.rest));
             energy += r * r;
         }
-        for i in &terms.fixed_cosines {
+        for i in cosines {
             let term = &terms.cosines[*i as usize];
             let r = weights.angle * (self.cosine(term) - T::splat(term.rest));
             energy += r * r;
@@ -198,11 +201,12 @@ impl<T: Real> Points<T> {
             let l = state[of.knot as usize].half_length;
             energy += sums::add_own_cosine(own, of, weights.angle, l, inverse, &mut sums);
         }
+        let at = At { stencil, offsets: &self.offsets, state };
         for i in &terms.cross_lengths {
             let (term, segment) = (&terms.lengths[*i as usize], &self.segments[*i as usize]);
             let r = weights.length * (segment.length - T::splat(term.rest));
             energy += r * r;
-            sums::length(stencil, weights.length, &self.offsets, state, term, segment, r, &mut sums);
+            sums::length(at, weights.length, term, segment, r, &mut sums);
         }
         for i in &terms.cross_cosines {
             let term = &terms.cosines[*i as usize];
@@ -211,7 +215,7 @@ impl<T: Real> Points<T> {
             let r = weights.angle * (cosine - T::splat(term.rest));
             energy += r * r;
             let values = (cosine, r);
-            sums::cosine(stencil, weights.angle, &self.offsets, state, term, pair, values, &mut sums);
+            sums::cosine(at, weights.angle, term, pair, values, &mut sums);
         }
         energy
     }

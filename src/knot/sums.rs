@@ -62,6 +62,22 @@ fn add_own<T: Real>(knot: u32, count: T, w: T, (r, slope, second): (T, T, T), su
     count * (r * r)
 }
 
+/// Where the stitch stands.
+pub(super) struct At<'a, T: Real> {
+    pub stencil: &'a Stencil<T::Scalar>,
+    /// `[point]` places relative to the knot's centre.
+    pub offsets: &'a [V2<T>],
+    pub state: &'a [KnotState<T>],
+}
+
+impl<T: Real> Clone for At<'_, T> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<T: Real> Copy for At<'_, T> {}
+
 /// A term whose points' codes are looked up as it runs.
 const ANY: u32 = u32::MAX;
 /// Patterns of codes (see [`Term::pattern`]) that stencils are full of: f an interpolated point, c a contact, p a
@@ -76,12 +92,9 @@ const CC2P2: u32 = 0o431;
 
 /// Adds the residual r of a segment's length.
 #[inline(always)]
-#[expect(clippy::too_many_arguments)]
 pub(super) fn length<T: Real>(
-    stencil: &Stencil<T::Scalar>,
+    at: At<T>,
     w: T,
-    offsets: &[V2<T>],
-    state: &[KnotState<T>],
     term: &Term<T::Scalar>,
     segment: &Segment<T>,
     r: T,
@@ -89,7 +102,7 @@ pub(super) fn length<T: Real>(
 ) {
     macro_rules! add {
         ($n:literal, $pattern:expr) => {
-            add_length::<T, $n, { $pattern }>(stencil, w, offsets, state, term, segment, r, sums)
+            add_length::<T, $n, { $pattern }>(at, w, term, segment, r, sums)
         };
     }
     match term.pattern() {
@@ -102,12 +115,9 @@ pub(super) fn length<T: Real>(
 
 /// Adds the residual r of the cosine of two segments.
 #[inline(always)]
-#[expect(clippy::too_many_arguments)]
 pub(super) fn cosine<T: Real>(
-    stencil: &Stencil<T::Scalar>,
+    at: At<T>,
     w: T,
-    offsets: &[V2<T>],
-    state: &[KnotState<T>],
     term: &Term<T::Scalar>,
     pair: [&Segment<T>; 2],
     values: (T, T),
@@ -115,7 +125,7 @@ pub(super) fn cosine<T: Real>(
 ) {
     macro_rules! add {
         ($n:literal, $pattern:expr) => {
-            add_cosine::<T, $n, { $pattern }>(stencil, w, offsets, state, term, pair, values, sums)
+            add_cosine::<T, $n, { $pattern }>(at, w, term, pair, values, sums)
         };
     }
     match term.pattern() {
@@ -129,19 +139,16 @@ pub(super) fn cosine<T: Real>(
 
 /// N is at least twice the number of the term's knots.
 #[inline(always)]
-#[expect(clippy::too_many_arguments)]
 fn add_length<T: Real, const N: usize, const PATTERN: u32>(
-    stencil: &Stencil<T::Scalar>,
+    at: At<T>,
     w: T,
-    offsets: &[V2<T>],
-    state: &[KnotState<T>],
     term: &Term<T::Scalar>,
     segment: &Segment<T>,
     r: T,
     sums: &mut Sums<T>,
 ) {
     let n = sums.b.len();
-    let moves = Moves::<T>::new::<PATTERN, 2>(stencil, offsets, state, term);
+    let moves = Moves::<T>::new::<PATTERN, 2>(at, term);
     let (mut de, mut along, mut row) = ([None; N], [None; N], [None; N]);
     for i in 0..N {
         de[i] = moves.segment(0, i);
@@ -170,12 +177,9 @@ fn add_length<T: Real, const N: usize, const PATTERN: u32>(
 
 /// N is at least twice the number of the term's knots.
 #[inline(always)]
-#[expect(clippy::too_many_arguments)]
 fn add_cosine<T: Real, const N: usize, const PATTERN: u32>(
-    stencil: &Stencil<T::Scalar>,
+    at: At<T>,
     w: T,
-    offsets: &[V2<T>],
-    state: &[KnotState<T>],
     term: &Term<T::Scalar>,
     [e, f]: [&Segment<T>; 2],
     (cos, r): (T, T),
@@ -185,7 +189,7 @@ fn add_cosine<T: Real, const N: usize, const PATTERN: u32>(
     let (eu, fu) = (e.unit, f.unit);
     // d cos / d e and d cos / d f, in the plane, times the lengths.
     let (p, q) = (fu - eu * cos, eu - fu * cos);
-    let moves = Moves::<T>::new::<PATTERN, 3>(stencil, offsets, state, term);
+    let moves = Moves::<T>::new::<PATTERN, 3>(at, term);
     let (mut de, mut df, mut row) = ([None; N], [None; N], [None; N]);
     for i in 0..N {
         de[i] = Part::new(moves.segment(0, i), e, p);
@@ -282,23 +286,18 @@ struct Moves<T> {
 
 impl<T: Real> Moves<T> {
     #[inline(always)]
-    fn new<const PATTERN: u32, const COUNT: usize>(
-        stencil: &Stencil<T::Scalar>,
-        offsets: &[V2<T>],
-        state: &[KnotState<T>],
-        term: &Term<T::Scalar>,
-    ) -> Self {
+    fn new<const PATTERN: u32, const COUNT: usize>(at: At<T>, term: &Term<T::Scalar>) -> Self {
         let mut moves = Self { codes: [0; 3], offsets: [V2::zero(); 3], lengthen: [V2::zero(); 3] };
         for i in 0..COUNT {
             moves.codes[i] = if PATTERN == ANY { term.codes[i] } else { PATTERN >> (3 * i) & 7 };
             if moves.codes[i] == 0 {
                 continue;
             }
-            let at = term.point as usize + i;
-            moves.offsets[i] = offsets[at];
+            let point = term.point as usize + i;
+            moves.offsets[i] = at.offsets[point];
             if moves.codes[i] % 2 == 1 {
-                let p = &stencil.points[at];
-                moves.lengthen[i] = state[p.knot as usize].direction * T::splat(p.sign);
+                let p = &at.stencil.points[point];
+                moves.lengthen[i] = at.state[p.knot as usize].direction * T::splat(p.sign);
             }
         }
         moves

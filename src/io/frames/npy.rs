@@ -1,6 +1,6 @@
 //! Frames in a `.npy` file, read where they lie.
 
-use crate::io::npy::{LONGEST, Mismatch, NpyHeader};
+use crate::io::npy::{self, NpyHeader};
 use crate::{Error, Result};
 use glam::DVec3;
 use std::fs::File;
@@ -26,11 +26,7 @@ pub(super) struct Npy {
 impl Npy {
     pub(super) fn open(path: &Path, vertices: usize) -> Result<Self> {
         let io = |e| Error::io(path, e);
-        let mut file = File::open(path).map_err(io)?;
-        let mut start = Vec::new();
-        file.by_ref().take(LONGEST as u64).read_to_end(&mut start).map_err(io)?;
-        let header = NpyHeader::parse(&start)
-            .map_err(|Mismatch { at, found, expected }| Error::binary(path, at, found, expected))?;
+        let (mut file, header) = npy::open(path)?;
         let at = header.data_offset;
         let frames = match *header.shape {
             [frames, v, 3] if v == vertices as u64 => frames,
