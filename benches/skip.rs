@@ -27,7 +27,7 @@ fn main() {
     let numbers: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
     let rounds = numbers.first().copied().unwrap_or(9).max(1);
     let stitches = numbers.get(1).copied().unwrap_or(22_800);
-    let text = tube::smobj(stitches);
+    let text = tube::smobj(stitches, tube::Vertices::Shared);
     let mesh = smobj::read("tube.smobj".as_ref(), text.as_bytes()).expect("a mesh");
     let library = TemplateLibrary::embedded();
     let scene = Arc::new(Scene::compile(&mesh, &library, SceneOptions::default()).expect("compiles"));

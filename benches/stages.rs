@@ -1,4 +1,5 @@
-//! The stages of a stitch's work on a plain knit, and whole frames: `cargo bench --bench stages [-- NAME]`.
+//! The stages of a stitch's work on a plain knit, and whole frames, lanes by lanes:
+//! `cargo bench --bench stages [-- NAME]`.
 
 use divan::{Bencher, black_box};
 use glam::{DVec2, DVec3};
@@ -7,11 +8,12 @@ use knotmesh::io::smobj;
 use knotmesh::knot::energy::Points;
 use knotmesh::knot::frame::{Frame, blend, face_frame};
 use knotmesh::knot::lift::{interpolate, seat};
-use knotmesh::knot::{Given, Kernel, KnotState, Settings, Solver, Weights, Workspace, factor, start};
-use knotmesh::math::{Scalar, V3};
+use knotmesh::knot::{Given, Kernel, KnotState, Settings, Solver, Start, Weights, Workspace, factor, start};
+use knotmesh::math::{Scalar, V3, Width};
 use knotmesh::scene::{Mode, Role, Scene, SceneOptions, Stencil};
 use knotmesh::template::{Coordinates, Template, TemplateLibrary};
 use std::sync::Arc;
+use tube::Vertices;
 
 #[path = "../examples/tube/mod.rs"]
 #[allow(dead_code)]
@@ -199,17 +201,43 @@ fn k_kernel_safeguarded<T: Precision>(bencher: Bencher, iterations: u32) {
     run::<T>(bencher, Mode::Relax, Solver::Safeguarded, iterations);
 }
 
-/// A stretched tube of so many stitches, on one thread.
-#[divan::bench(types = [f32, f64], args = [1_000, 22_800], sample_count = 20, sample_size = 1)]
-fn l_backend_frame<T: Precision>(bencher: Bencher, stitches: usize) {
-    let text = tube::smobj(stitches);
+/// A stretched tube of so many stitches, all of them solved, on one thread.
+fn frame<T: Precision>(
+    bencher: Bencher,
+    (stitches, vertices): (usize, Vertices),
+    settings: &Settings,
+    width: Width,
+) {
+    let text = tube::smobj(stitches, vertices);
     let mesh = smobj::read("tube.smobj".as_ref(), text.as_bytes()).expect("a mesh");
     let library = TemplateLibrary::embedded();
     let scene = Arc::new(Scene::compile(&mesh, &library, SceneOptions::default()).expect("compiles"));
     let positions: Vec<DVec3> = mesh.positions.iter().map(|p| *p * DVec3::new(0.95, 0.95, 1.2)).collect();
-    let running = Running { threads: 1, skip: Skip::NOTHING, ..Running::default() };
-    let mut backend = CpuBackend::<T>::new(scene, &Settings::default(), &running).expect("in range");
+    let running = Running { threads: 1, skip: Skip::NOTHING, energies: false, width };
+    let mut backend = CpuBackend::<T>::new(scene, settings, &running).expect("in range");
     let mut output = FrameOutput::default();
     backend.frame(&positions, &mut output).expect("finite");
     bencher.bench_local(|| backend.frame(black_box(&positions), &mut output));
+}
+
+#[divan::bench(types = [f32, f64], args = [1_000, 22_800], sample_count = 20, sample_size = 1)]
+fn l_backend_frame<T: Precision>(bencher: Bencher, stitches: usize) {
+    frame::<T>(bencher, (stitches, Vertices::Shared), &Settings::default(), Width::Auto);
+}
+
+#[divan::bench(args = [1_000, 22_800], sample_count = 20, sample_size = 1)]
+fn m_backend_frame_own_vertices(bencher: Bencher, stitches: usize) {
+    frame::<f32>(bencher, (stitches, Vertices::Own), &Settings::default(), Width::Auto);
+}
+
+#[divan::bench(args = [Width::One, Width::Eight, Width::Sixteen], consts = [0, 1, 3], sample_count = 20, sample_size = 1)]
+fn n_gauss_newton_by_lanes<const STEPS: u32>(bencher: Bencher, width: Width) {
+    let settings = Settings { solver: Solver::GaussNewton, iterations: STEPS, ..Settings::default() };
+    frame::<f32>(bencher, (22_800, Vertices::Shared), &settings, width);
+}
+
+#[divan::bench(args = [Width::One, Width::Eight, Width::Sixteen], consts = [0, 1, 2], sample_count = 20, sample_size = 1)]
+fn o_table_by_lanes<const STEPS: u32>(bencher: Bencher, width: Width) {
+    let settings = Settings { start: Start::Table, iterations: STEPS, ..Settings::default() };
+    frame::<f32>(bencher, (22_800, Vertices::Shared), &settings, width);
 }

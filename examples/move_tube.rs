@@ -1,6 +1,7 @@
 //! A tube and ways in which it moves, for measuring: `cargo run --release --example move_tube -- FOLDER
-//! [STITCHES [FRAMES]]` writes `tube.smobj` (22,800 stitches, as many as a pullover has, unless given) and the
-//! motions as `.npy`, 20 frames each unless given:
+//! [STITCHES [FRAMES [own]]]` writes `tube.smobj` (22,800 stitches, as many as a pullover has, unless given) and the
+//! motions as `.npy`, 20 frames each unless given. Faces share their vertices; with `own` each has four of its own, as
+//! the field's tools write them.
 //!
 //! - `still.npy`: nothing moves;
 //! - `rigid.npy`: the whole turns and travels;
@@ -16,10 +17,11 @@ use glam::DVec3;
 use knotmesh::io::npy::header_bytes;
 use std::io::{BufWriter, Write};
 use std::path::Path;
+use tube::Vertices;
 use tube::moves::Motion;
 
 fn main() -> std::io::Result<()> {
-    let usage = || std::io::Error::other("usage: move_tube FOLDER [STITCHES [FRAMES]]");
+    let usage = || std::io::Error::other("usage: move_tube FOLDER [STITCHES [FRAMES [own]]]");
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |i: usize, default: usize| match arguments.get(i).map(|a| a.parse()) {
         None => Ok(default),
@@ -28,10 +30,15 @@ fn main() -> std::io::Result<()> {
     };
     let folder = Path::new(arguments.first().ok_or_else(usage)?);
     let (stitches, frames) = (number(1, 22_800)?, number(2, 20)?);
+    let vertices = match arguments.get(3).map(String::as_str) {
+        None => Vertices::Shared,
+        Some("own") => Vertices::Own,
+        Some(_) => return Err(usage()),
+    };
     std::fs::create_dir_all(folder)?;
-    std::fs::write(folder.join("tube.smobj"), tube::smobj(stitches))?;
+    std::fs::write(folder.join("tube.smobj"), tube::smobj(stitches, vertices))?;
 
-    let rest = tube::positions(stitches);
+    let rest = tube::positions(stitches, vertices);
     let height = rest.iter().map(|p| p.z).fold(0.0, f64::max);
     for motion in Motion::ALL {
         let path = folder.join(motion.name()).with_extension("npy");
