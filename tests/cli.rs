@@ -215,17 +215,8 @@ fn frames_file(folder: &tempfile::TempDir, count: usize) -> (String, Vec<Vec<[f6
             mesh.positions.iter().map(|p| [cos * p.x - sin * p.y, sin * p.x + cos * p.y, p.z]).collect()
         })
         .collect();
-    let header = format!(
-        "{{'descr': '<f8', 'fortran_order': False, 'shape': ({count}, {}, 3), }}",
-        mesh.positions.len()
-    );
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    let padded = (header.len() + 11).div_ceil(64) * 64 - 10;
-    bytes.extend((padded as u16).to_le_bytes());
-    bytes.extend(format!("{header:<width$}\n", width = padded - 1).bytes());
-    for x in frames.iter().flatten().flatten() {
-        bytes.extend(x.to_le_bytes());
-    }
+    let data: Vec<u8> = frames.iter().flatten().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let bytes = common::npy::npy("<f8", false, &[count, mesh.positions.len(), 3], &data);
     let path = at(folder, "frames.npy");
     std::fs::write(&path, bytes).unwrap();
     (path, frames)

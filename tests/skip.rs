@@ -3,7 +3,7 @@
 //!
 //! Seeded faults, each seen red here: shapes compared with the frame before instead of the one last solved, a face that is
 //! shown anew taken for known, no ring of faces around the visible ones, hidden faces taken for settled, turned normals
-//! not noticed. Knots shared between knits and purls stay green: they mirror each other and are equal.
+//! not noticed; a mesh that moves as one: both sides of seams not turned along, turned along without end. Knots shared between knits and purls stay green: they mirror each other and are equal.
 
 mod common;
 
@@ -251,21 +251,22 @@ fn skipping_stays_within_its_bound_f64() {
     check_bounds::<f64>();
 }
 
-/// Errors do not add up over a drift that stays below the tolerance each frame, whatever the tolerance.
+/// Errors do not add up over a drift that stays below the tolerance each frame, whatever the tolerance: fast enough that
+/// faces are looked at one by one, or so slow that the whole mesh passes for rigid.
 #[test]
 fn a_drift_is_followed() {
     let mesh = swatch();
     let scene = compiled(&mesh);
-    for tolerance in [1e-4, 1e-3, 1e-2] {
+    for (tolerance, speed) in [(1e-4, 0.03), (1e-3, 0.03), (1e-2, 0.03), (1e-3, 5e-4)] {
         let skip = Skip { tolerance, ..Skip::default() };
         let run = |skip| {
             let mut backend = backend::<f64>(&scene, &settings(Start::Affine), &running(skip));
             let mut output = FrameOutput::default();
             let mut solved = 0;
             for frame in 0..400 {
-                let strain = 0.3 * tolerance * scene.yarn_radius * frame as f64;
+                let strain = speed * tolerance * scene.yarn_radius * frame as f64;
                 // No two faces alike, so that none is shared.
-                let place = |p: &DVec3| *p + DVec3::new(p.x * p.y, p.y * p.y, 0.0) * strain * 0.1;
+                let place = |p: &DVec3| *p + DVec3::new(p.x * p.y, p.y * p.y, 0.0) * strain;
                 let positions: Vec<DVec3> = mesh.positions.iter().map(place).collect();
                 backend.frame(&positions, &mut output).unwrap();
                 let s = output.skipped;
@@ -275,9 +276,10 @@ fn a_drift_is_followed() {
         };
         let ((all, every), (some, few)) = (run(Skip::NOTHING), run(skip));
         let most = apart(&scene, &all, &some).into_iter().fold(0.0, f64::max);
-        println!("{tolerance:.0e}: {:.2} of it; {few} of {every} solved", most / tolerance);
-        assert!(most < tolerance, "{most:.1e} r at a tolerance of {tolerance:.0e}");
-        assert!(few > 140 && few < every / 2, "{few} of {every} solved");
+        println!("{tolerance:.0e}, {speed:.0e}: {:.2} of it; {few} of {every} solved", most / tolerance);
+        let bound = if speed < 1e-3 { 2.0 } else { 1.0 };
+        assert!(most < bound * tolerance, "{most:.1e} r at a tolerance of {tolerance:.0e}");
+        assert!(few >= 140 && few < every / 2, "{few} of {every} solved");
     }
 }
 
@@ -292,12 +294,13 @@ fn a_long_turn_does_not_drift() {
     let [mut a, mut b] = [FrameOutput::default(), FrameOutput::default()];
     let (mut most, mut first_lifted) = (0.0f64, None);
     for frame in 0..70 {
-        let t = f64::from(frame) * 0.09;
+        // Every tenth frame, a tenth of the vertices moves on its own while the rest stands, and then back.
+        let alone = frame % 10 == 9;
+        let t = f64::from(frame - i32::from(alone)) * 0.09;
         let turn = DMat3::from_rotation_y(t) * DMat3::from_rotation_z(1.7 * t);
         let mut positions: Vec<DVec3> =
             pose.iter().map(|p| turn * *p + DVec3::new(4.0, 1.0, -2.0) * t).collect();
-        if frame % 10 == 9 {
-            // A tenth of the vertices move on their own, and back.
+        if alone {
             for p in positions.iter_mut().take(pose.len() / 10) {
                 p.z += 0.05;
             }

@@ -3,6 +3,7 @@
 
 pub mod curves;
 pub mod grid;
+pub mod npy;
 pub mod run;
 
 /// A small generator of random numbers (xorshift), so that a seed names a case.
