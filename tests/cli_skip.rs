@@ -64,7 +64,7 @@ fn mesh() -> knotmesh::mesh::StitchMesh {
     knotmesh::io::smobj::read_file(&path).unwrap()
 }
 
-fn skipped<'a>(report: &'a Value, frame: usize) -> &'a Value {
+fn skipped(report: &Value, frame: usize) -> &Value {
     &report["frames"][frame]["skipped"]
 }
 
