@@ -7,7 +7,6 @@ use super::skip::{Skip, Skipped};
 use super::surface::Surface;
 use super::work::{Bench, CHUNK, Chunk, Precision, Task};
 use super::{Backend, FrameOutput, Tables, unsolved};
-use crate::knot::table::Table;
 use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start};
 use crate::math::{V2, V3, Width};
 use crate::scene::{Batch, Scene, StrandEnd};
@@ -15,7 +14,7 @@ use crate::{Error, Result};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex};
 
 /// Seams that one task works on.
@@ -76,9 +75,6 @@ pub struct CpuBackend<T: Precision> {
     stamp: u64,
 }
 
-/// Numbers for backends and their frames, never the same twice.
-static STAMPS: AtomicU64 = AtomicU64::new(1);
-
 impl<T: Precision> CpuBackend<T> {
     /// A backend for a scene.
     ///
@@ -98,18 +94,7 @@ impl<T: Precision> CpuBackend<T> {
         running: &Running,
         cache: Option<&Path>,
     ) -> Result<Self> {
-        for (name, value) in [
-            ("beta", settings.beta),
-            ("weight-angle", settings.weight_angle),
-            ("weight-length", settings.weight_length),
-            ("skip-tolerance", running.skip.tolerance),
-        ] {
-            if !(0.0..=1e12).contains(&value) {
-                return Err(Error::invalid(format_args!(
-                    "--{name} {value:e}: expected a number from 0 to 1e12"
-                )));
-            }
-        }
+        super::check(settings, running)?;
         let threads = running.threads;
         if threads > MOST_THREADS {
             return Err(Error::invalid(format_args!("--threads {threads}: expected 0 to {MOST_THREADS}")));
@@ -118,13 +103,7 @@ impl<T: Precision> CpuBackend<T> {
             .num_threads(threads)
             .build()
             .map_err(|e| Error::invalid(format_args!("cannot start {threads} threads: {e}")))?;
-        let mut tables = pool.install(|| Tables::new(&scene, settings, cache));
-        let kernel = |(s, table): (_, Option<Table<f32>>)| {
-            let kernel = Kernel::new(s, scene.mode, settings).with_energies(running.energies);
-            kernel.with_table(table.map(|t| Arc::new(t.cast())))
-        };
-        let of_stencil = std::mem::take(&mut tables.tables);
-        let kernels: Vec<_> = scene.stencils.iter().zip(of_stencil).map(kernel).collect();
+        let (kernels, tables) = pool.install(|| super::kernels::<T>(&scene, settings, running, cache));
         let (skip, start) = (running.skip, settings.start);
         let batches = || scene.batches.iter().zip(&kernels);
         let rest = |(b, k): (&Batch, _)| Known::at_rest(&scene, b.stencil, k, start).filter(|_| skip.rest);
@@ -150,7 +129,7 @@ impl<T: Precision> CpuBackend<T> {
             visible: None,
             shown_anew: false,
             turned: 0,
-            name: STAMPS.fetch_add(1, Relaxed),
+            name: super::STAMPS.fetch_add(1, Relaxed),
             stamp: 0,
             scene,
         })
@@ -318,7 +297,7 @@ impl<T: Precision> Backend<T> for CpuBackend<T> {
             output.skipped = self.solve(output, continued);
             self.join(output);
             self.shown_anew = false;
-            self.stamp = STAMPS.fetch_add(1, Relaxed);
+            self.stamp = super::STAMPS.fetch_add(1, Relaxed);
             (output.stamp, output.backend) = (self.stamp, self.name);
             Ok(())
         })

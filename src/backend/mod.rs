@@ -1,6 +1,8 @@
 //! Backends: a scene once, positions each frame, control points out.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod known;
 mod rigid;
 mod scatter;
@@ -15,12 +17,19 @@ pub use skip::{Skip, Skipped};
 pub use tables::{TableReport, TableSource, Tables};
 pub use work::Precision;
 
-use crate::Result;
 use crate::ids::FaceId;
-use crate::knot::{FaceResult, KnotState, Status};
+use crate::knot::table::Table;
+use crate::knot::{FaceResult, Kernel, KnotState, Settings, Status};
 use crate::math::{Scalar, V3};
 use crate::scene::Scene;
+use crate::{Error, Result};
 use glam::DVec3;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+
+/// Numbers for backends and their frames, never the same twice.
+static STAMPS: AtomicU64 = AtomicU64::new(1);
 
 /// Turns the positions of a frame into control points.
 pub trait Backend<T: Scalar> {
@@ -108,6 +117,37 @@ impl<T: Scalar> FrameOutput<T> {
         let first = batch.first_knot + place.index as usize * count;
         &self.knots[first..first + count]
     }
+}
+
+/// Whether settings are in range.
+fn check(settings: &Settings, running: &Running) -> Result<()> {
+    for (name, value) in [
+        ("beta", settings.beta),
+        ("weight-angle", settings.weight_angle),
+        ("weight-length", settings.weight_length),
+        ("skip-tolerance", running.skip.tolerance),
+    ] {
+        if !(0.0..=1e12).contains(&value) {
+            return Err(Error::invalid(format_args!("--{name} {value:e}: expected a number from 0 to 1e12")));
+        }
+    }
+    Ok(())
+}
+
+/// `[batch]` the kernels of a scene, with their tables, and what became of those.
+fn kernels<T: Scalar>(
+    scene: &Scene,
+    settings: &Settings,
+    running: &Running,
+    cache: Option<&Path>,
+) -> (Vec<Kernel<T>>, Tables) {
+    let mut tables = Tables::new(scene, settings, cache);
+    let kernel = |(stencil, table): (_, Option<Table<f32>>)| {
+        let kernel = Kernel::new(stencil, scene.mode, settings).with_energies(running.energies);
+        kernel.with_table(table.map(|t| Arc::new(t.cast())))
+    };
+    let of_stencil = std::mem::take(&mut tables.tables);
+    (scene.stencils.iter().zip(of_stencil).map(kernel).collect(), tables)
 }
 
 /// What is reported of a face with nothing to solve.

@@ -54,8 +54,22 @@ impl<T: Scalar> Surface<T> {
         if fits { Motion::find(&self.last, positions, tolerance) } else { None }
     }
 
-    /// Takes a frame's positions; says whether anything moved.
+    /// Takes a frame's positions, and works out areas and normals where they moved; says whether anything did.
     pub fn update(&mut self, scene: &Scene, positions: &[DVec3]) -> Result<bool> {
+        let first = self.local.is_empty();
+        let before = self.any;
+        let any = self.take(scene, positions)?;
+        if any {
+            self.turn(scene, first);
+        } else if before {
+            self.bent.fill(false);
+            self.turned.fill(false);
+        }
+        Ok(any)
+    }
+
+    /// Takes a frame's positions; says whether anything moved. Areas and normals stay as they are.
+    pub fn take(&mut self, scene: &Scene, positions: &[DVec3]) -> Result<bool> {
         if positions.len() != scene.vertex_count {
             return Err(Error::invalid(format_args!(
                 "a frame of {} positions, expected {} as the mesh has vertices",
@@ -100,15 +114,8 @@ impl<T: Scalar> Surface<T> {
             *spoilt = marked;
         });
         self.not_finite = self.spoilt.contains(&true);
-        let any = any.into_inner();
-        if any {
-            self.turn(scene, first);
-        } else if self.any {
-            self.bent.fill(false);
-            self.turned.fill(false);
-        }
-        self.any = any;
-        Ok(any)
+        self.any = any.into_inner();
+        Ok(self.any)
     }
 
     /// Vector areas of all faces, and their sums around corners (model section 3).

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use table::Table;
 
 /// An earlier state is no start where a half-length is this many times longer or shorter than the deformed template's.
-const LEAP: f64 = 8.0;
+pub(crate) const LEAP: f64 = 8.0;
 
 /// Where a solve starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -227,6 +227,31 @@ impl<S: Scalar> Kernel<S> {
     /// Whether energies are worked out that the method does not need; else they are NaN. They are unless told.
     pub fn with_energies(self, energies: bool) -> Self {
         Self { energies, ..self }
+    }
+
+    /// The iteration.
+    pub fn solver(&self) -> Solver {
+        self.solver
+    }
+
+    /// Steps at most.
+    pub fn iterations(&self) -> u32 {
+        self.iterations
+    }
+
+    /// Knot spacing, where it is not plain interpolation.
+    pub fn beta(&self) -> Option<S> {
+        self.beta
+    }
+
+    /// Square roots of the weights.
+    pub fn weights(&self) -> Weights<S> {
+        self.weights
+    }
+
+    /// The table that solves start from.
+    pub fn table(&self) -> Option<&Table<S>> {
+        self.table.as_deref()
     }
 
     /// Makes room in a workspace.

@@ -20,7 +20,7 @@ pub enum Solver {
 /// 'Converged' means that a step lowered E by less than [`Real::CONVERGED`] says, or that it was not lower by no
 /// more than rounding leaves of E: this share of sqrt(E E0), E0 what counts as at rest. In f32 a step from a table
 /// is often too small for E to tell.
-const NOISE: f64 = 0.2;
+pub(crate) const NOISE: f64 = 0.2;
 /// Damping of the first step from the affine start.
 /// Measured: less overshoots where residuals are large, and an undone step costs as much as a good one.
 pub const DAMPING: f64 = 0.1;
@@ -31,9 +31,9 @@ pub const DAMPING_TABLE: f64 = 0.0;
 pub const DAMPING_PREVIOUS: f64 = 0.01;
 /// Change of the damping after a step that lowered E and one that did not, and what it counts as at least in
 /// the latter case.
-const LEAST_DAMPING: f64 = 0.01;
-const DAMPING_AFTER_SUCCESS: f64 = 0.1;
-const DAMPING_AFTER_FAILURE: f64 = 10.0;
+pub(crate) const LEAST_DAMPING: f64 = 0.01;
+pub(crate) const DAMPING_AFTER_SUCCESS: f64 = 0.1;
+pub(crate) const DAMPING_AFTER_FAILURE: f64 = 10.0;
 
 /// Scratch space of a solve, and its result in `state`.
 #[derive(Clone, Debug, Default)]

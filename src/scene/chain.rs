@@ -46,6 +46,12 @@ pub enum StrandEnd {
 }
 
 impl StrandPlace {
+    /// As words: `[start, end of the first point, of the last]`; in the first the top bit says that the yarn runs against
+    /// the strand, in the others that it is 2 x seam + side, not a control point.
+    pub fn words(self) -> [u32; 3] {
+        [self.start, self.ends[0], self.ends[1]]
+    }
+
     /// The control point of the strand's point `i`, not one at its ends.
     #[inline(always)]
     pub fn inner(self, i: u32) -> u32 {

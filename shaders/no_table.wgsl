@@ -1,0 +1,4 @@
+// No tabulated start.
+
+fn correct_start(frame: Frame) {
+}

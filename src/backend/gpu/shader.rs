@@ -1,0 +1,111 @@
+//! Shaders: put together from their files, compiled for the device.
+
+use super::exact;
+use super::layout::{self, Variant};
+use std::borrow::Cow;
+
+/// Threads that work side by side.
+pub const WORKGROUP: u32 = 64;
+
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        [$(($name, include_str!(concat!("../../../shaders/", $name, ".wgsl")))),*]
+    };
+}
+
+/// The shaders' files, by stem.
+const FILES: [(&str, &str); 16] = files!(
+    "vector", "stencil", "settings", "frame", "start", "table", "no_table", "energy", "sums", "factor",
+    "solve", "lift", "trace", "no_trace", "stitch", "surface",
+);
+
+fn file(stem: &str) -> &'static str {
+    FILES.iter().find(|(name, _)| *name == stem).expect("a shader's stem").1
+}
+
+fn workgroup(size: u32) -> String {
+    format!("const WORKGROUP: u32 = {size}u;\n")
+}
+
+/// The shader of stitches.
+pub fn stitch(variant: &Variant, size: u32) -> String {
+    let mut text = workgroup(size) + &layout::constants(variant);
+    let table = if variant.grid.is_some() { "table" } else { "no_table" };
+    let trace = if variant.trace.is_some() { "trace" } else { "no_trace" };
+    for stem in [
+        "vector", "stencil", "settings", "frame", "start", table, "lift", "energy", "sums", "factor", trace,
+        "solve", "stitch",
+    ] {
+        text += file(stem);
+    }
+    text
+}
+
+/// The shader of surfaces and seams.
+pub fn surface(size: u32) -> String {
+    workgroup(size) + file("vector") + file("surface")
+}
+
+/// A shader that does not compile.
+#[derive(Debug)]
+pub struct Fault(pub String);
+
+/// The module that a shader's text means, checked.
+pub fn parse(text: &str) -> Result<(naga::Module, naga::valid::ModuleInfo), Fault> {
+    let module = naga::front::wgsl::parse_str(text).map_err(|e| Fault(e.emit_to_string(text)))?;
+    let flags = naga::valid::ValidationFlags::all();
+    let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
+    let info = validator.validate(&module).map_err(|e| Fault(e.emit_to_string(text)))?;
+    Ok((module, info))
+}
+
+/// SPIR-V of a shader's text, its sums as written.
+///
+/// With `rolled`, loops are given a second bound, so that a driver's compiler takes them as they are instead of guessing from
+/// the length of arrays how often to repeat their text: that takes software drivers a minute.
+pub fn spirv(text: &str, rolled: bool) -> Result<Vec<u32>, Fault> {
+    let (module, info) = parse(text)?;
+    // Indices are the project's own; unchecked, they stay in registers.
+    let options = naga::back::spv::Options {
+        lang_version: (1, 3),
+        flags: naga::back::spv::WriterFlags::empty(),
+        force_loop_bounding: rolled,
+        ..Default::default()
+    };
+    let words =
+        naga::back::spv::write_vec(&module, &info, &options, None).map_err(|e| Fault(e.to_string()))?;
+    Ok(exact::forbid_contraction(words))
+}
+
+/// Compiles a shader for a device: as written where the device takes SPIR-V, else as its compiler sees fit.
+pub fn compile(
+    device: &wgpu::Device,
+    exactly: bool,
+    rolled: bool,
+    label: &str,
+    text: &str,
+) -> Result<wgpu::ShaderModule, Fault> {
+    if !exactly {
+        return Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(Cow::Borrowed(text)),
+        }));
+    }
+    let words = spirv(text, rolled)?;
+    let (module, _) = parse(text)?;
+    let entry = |e: &naga::EntryPoint| wgpu::PassthroughShaderEntryPoint {
+        name: Cow::Owned(e.name.clone()),
+        workgroup_size: e.workgroup_size.into(),
+    };
+    let entry_points: Vec<_> = module.entry_points.iter().map(entry).collect();
+    #[allow(unsafe_code)]
+    // SAFETY: naga has validated the module it wrote; only decorations that forbid rewriting were added.
+    Ok(unsafe {
+        device.create_shader_module_passthrough(wgpu::ShaderModuleDescriptorPassthrough {
+            label: Some(label),
+            entry_points: entry_points.into(),
+            spirv: Some(words.into()),
+            ..Default::default()
+        })
+    })
+}
