@@ -6,83 +6,13 @@ struct Strand {
     ends: array<u32, 2>,
 }
 
-struct KnotWords {
-    u: f32,
-    v: f32,
-    half_length: f32,
-}
-
-struct FaceResult {
-    energy_start: f32,
-    energy: f32,
-    status: u32,
-}
-
-// [face][corner] vertex and index of the normal.
-struct Corner {
-    vertex: u32,
-    normal: u32,
-}
-
-// Places of vertices, then their normals: x, y, z each.
-@group(0) @binding(2) var<storage, read> surface: array<f32>;
-@group(0) @binding(3) var<storage, read> topology: array<u32>;
 @group(0) @binding(4) var<storage, read_write> points: array<f32>;
 @group(0) @binding(5) var<storage, read_write> knots: array<KnotWords>;
 @group(0) @binding(6) var<storage, read_write> results: array<FaceResult>;
+// [face] which are to be solved, from the front, and which only lifted, from the back; see select.wgsl.
+@group(0) @binding(8) var<storage, read> lists: array<u32>;
 
 var<private> lifted: array<vec3<f32>, ROOM_POINTS>;
-
-const TOP: u32 = 0x80000000u;
-const INTERPOLATED: u32 = 0u;
-const STEPPED: u32 = 1u;
-const HAS_CONVERGED: u32 = 2u;
-const AT_REST: u32 = 3u;
-const STUCK: u32 = 4u;
-const FELL_BACK: u32 = 5u;
-
-fn at_surface(i: u32) -> vec3<f32> {
-    return vec3<f32>(surface[3u * i], surface[3u * i + 1u], surface[3u * i + 2u]);
-}
-
-// Fills corners and normals; gives the first corner, and whether all were finite.
-struct Loaded {
-    first: vec3<f32>,
-    whole: bool,
-}
-
-fn load(face: u32) -> Loaded {
-    var count = 0.0;
-    for (var i = 0u; i < CORNERS; i++) {
-        let at = settings.first_corner + 2u * (face * CORNERS + i);
-        corners[i] = at_surface(topology[at]);
-        normals[i] = at_surface(topology[at + 1u]);
-        if finite3(corners[i]) {
-            count += 1.0;
-        }
-    }
-    let whole = count == f32(CORNERS);
-    if !whole {
-        // Corners that are not finite are put at the mean of the others.
-        let share = 1.0 / larger(count, 1.0);
-        var middle = vec3<f32>(0.0);
-        for (var i = 0u; i < CORNERS; i++) {
-            if finite3(corners[i]) {
-                middle = middle + corners[i] * share;
-            }
-        }
-        for (var i = 0u; i < CORNERS; i++) {
-            if !finite3(corners[i]) {
-                corners[i] = middle;
-            }
-        }
-    }
-    let first = corners[0];
-    for (var i = 0u; i < CORNERS; i++) {
-        corners[i] = corners[i] - first;
-    }
-    return Loaded(first, whole);
-}
 
 fn read_knot(face: u32, k: u32) -> Knot {
     let words = knots[settings.first_knot + face * KNOTS + k];
@@ -94,7 +24,8 @@ fn start_solve(frame: Frame, face: u32) -> f32 {
     affine_start(frame);
     correct_start(frame);
     var damping = FIRST_DAMPING;
-    if settings.given != 0u {
+    // Of a face that nobody saw, the state is from no one knows when.
+    if settings.given != 0u && results[settings.first_face + face].status != HIDDEN {
         var known = true;
         for (var k = 0u; k < KNOTS; k++) {
             let l = state[k].half_length;
@@ -143,13 +74,35 @@ fn store(face: u32, first: vec3<f32>) {
     }
 }
 
+// The face that a thread works on, and whether nobody sees it.
+struct Entry {
+    there: bool,
+    face: u32,
+    hidden: bool,
+}
+
+fn entry_of(thread: u32) -> Entry {
+    if settings.way == DIRECT {
+        let face = settings.begin + thread;
+        return Entry(face < settings.face_count, face, false);
+    }
+    let lift_only = settings.way == LIFT_LIST;
+    let count = lists[settings.first_count + select(0u, 1u, lift_only)];
+    if thread >= count {
+        return Entry(false, 0u, false);
+    }
+    let at = settings.first_entry + select(thread, settings.face_count - 1u - thread, lift_only);
+    return Entry(true, lists[at] & ~TOP, (lists[at] & TOP) != 0u);
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn stitch(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     know_counts();
-    let face = settings.begin + id.x + id.y * groups.x * WORKGROUP;
-    if face >= settings.face_count {
+    let entry = entry_of(id.x + id.y * groups.x * WORKGROUP);
+    if !entry.there {
         return;
     }
+    let face = entry.face;
     let loaded = load(face);
     let frame = face_frame();
     for (var i = 0u; i < POINTS; i++) {
@@ -167,18 +120,30 @@ fn stitch(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups)
     if SPACED {
         space_knots();
     }
+    let known = SOLVES && settings.way == LIFT_LIST;
     var sound = frame.usable && loaded.whole;
     var outcome = Outcome(0.0, 0.0, false, false, 0u, false);
     if sound {
-        var damping = 0.0;
-        if SOLVES {
-            damping = start_solve(frame, face);
+        if known {
+            if entry.hidden {
+                rigid_start();
+            } else {
+                for (var k = 0u; k < KNOTS; k++) {
+                    state[k] = read_knot(face, k);
+                }
+            }
+            place_state();
         } else {
-            rigid_start();
+            var damping = 0.0;
+            if SOLVES {
+                damping = start_solve(frame, face);
+            } else {
+                rigid_start();
+            }
+            trace_start(frame, face);
+            outcome = run_solve(damping, select(0u, settings.iterations, SOLVES));
+            sound = outcome.finite;
         }
-        trace_start(frame, face);
-        outcome = run_solve(damping, select(0u, settings.iterations, SOLVES));
-        sound = outcome.finite;
         for (var i = 0u; i < POINTS; i++) {
             let p = stencil.points[i];
             if p.role == CONTACT || p.role == CONTROL {
@@ -187,8 +152,26 @@ fn stitch(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups)
             sound = sound && finite3(lifted[i]);
         }
     }
+    if !sound {
+        for (var i = 0u; i < POINTS; i++) {
+            lifted[i] = interpolate(i, blend_corners(i));
+        }
+    }
+    report(face, entry.hidden, known, sound, outcome);
+    trace_end(face);
+    store(face, loaded.first);
+}
+
+// Puts down how it ended.
+fn report(face: u32, hidden: bool, known: bool, sound: bool, outcome: Outcome) {
+    // What is known already is in place.
+    if known && sound && !hidden {
+        return;
+    }
     var result = FaceResult(0.0, 0.0, FELL_BACK);
-    if sound {
+    if hidden {
+        result.status = HIDDEN;
+    } else if sound {
         result.energy_start = outcome.start;
         result.energy = outcome.end;
         if !SOLVES {
@@ -202,20 +185,15 @@ fn stitch(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups)
         } else {
             result.status = STEPPED;
         }
-    } else {
-        for (var i = 0u; i < POINTS; i++) {
-            lifted[i] = interpolate(i, blend_corners(i));
-        }
     }
     results[settings.first_face + face] = result;
+    let nothing = !sound || (known && hidden);
     for (var k = 0u; k < KNOTS; k++) {
         let at = settings.first_knot + face * KNOTS + k;
-        if sound {
-            knots[at] = KnotWords(state[k].direction.x, state[k].direction.y, state[k].half_length);
-        } else {
+        if nothing {
             knots[at] = KnotWords(0.0, 0.0, 0.0);
+        } else {
+            knots[at] = KnotWords(state[k].direction.x, state[k].direction.y, state[k].half_length);
         }
     }
-    trace_end(face);
-    store(face, loaded.first);
 }

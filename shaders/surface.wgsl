@@ -12,22 +12,31 @@ struct Sizes {
     group_offsets: u32,
     group_faces: u32,
     seam_points: u32,
+    // Where in the surface flags begin: bits of vertices that moved, words of faces whose area changed, words of corner
+    // groups whose normal did.
+    moved: u32,
+    bent: u32,
+    turned: u32,
 }
 
 @group(0) @binding(0) var<uniform> sizes: Sizes;
-// Places of vertices, then normals: the faces' own areas, then, where there are any, those of corner groups.
-@group(0) @binding(1) var<storage, read_write> surface: array<f32>;
+// Places of vertices, then normals: the faces' own areas, then, where there are any, those of corner groups; then flags.
+@group(0) @binding(1) var<storage, read_write> surface: array<u32>;
 @group(0) @binding(2) var<storage, read> topology: array<u32>;
 @group(0) @binding(3) var<storage, read_write> points: array<f32>;
 
 fn at_surface(i: u32) -> vec3<f32> {
-    return vec3<f32>(surface[3u * i], surface[3u * i + 1u], surface[3u * i + 2u]);
+    return vec3<f32>(
+        bitcast<f32>(surface[3u * i]),
+        bitcast<f32>(surface[3u * i + 1u]),
+        bitcast<f32>(surface[3u * i + 2u]),
+    );
 }
 
 fn put_surface(i: u32, p: vec3<f32>) {
-    surface[3u * i] = p.x;
-    surface[3u * i + 1u] = p.y;
-    surface[3u * i + 2u] = p.z;
+    surface[3u * i] = bitcast<u32>(p.x);
+    surface[3u * i + 1u] = bitcast<u32>(p.y);
+    surface[3u * i + 2u] = bitcast<u32>(p.z);
 }
 
 fn thread(id: vec3<u32>, groups: vec3<u32>) -> u32 {
@@ -44,6 +53,12 @@ fn areas(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     let begin = topology[sizes.face_offsets + face];
     let end = topology[sizes.face_offsets + face + 1u];
     let first = at_surface(topology[sizes.face_vertices + begin]);
+    var bent = 0u;
+    for (var i = begin; i < end; i++) {
+        let vertex = topology[sizes.face_vertices + i];
+        bent |= (surface[sizes.moved + vertex / 32u] >> (vertex % 32u)) & 1u;
+    }
+    surface[sizes.bent + face] = bent;
     var sum = vec3<f32>(0.0);
     var size = 0.0;
     for (var i = begin + 1u; i + 1u < end; i++) {
@@ -67,9 +82,12 @@ fn corner_normals(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_wor
     let begin = topology[sizes.group_offsets + group];
     let end = topology[sizes.group_offsets + group + 1u];
     var sum = vec3<f32>(0.0);
+    var turned = 0u;
     for (var i = begin; i < end; i++) {
+        turned |= surface[sizes.bent + topology[sizes.group_faces + i]];
         sum = sum + at_surface(sizes.vertices + topology[sizes.group_faces + i]);
     }
+    surface[sizes.turned + group] = turned;
     put_surface(sizes.vertices + sizes.faces + group, sum);
 }
 
@@ -85,4 +103,28 @@ fn join(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     for (var i = 0u; i < 3u; i++) {
         points[to + i] = (points[a + i] + points[a + 3u + i]) * 0.5;
     }
+}
+
+// A motion of all points as one: p to x p.x + y p.y + z p.z + shift.
+struct Turn {
+    x: vec4<f32>,
+    y: vec4<f32>,
+    z: vec4<f32>,
+    shift: vec4<f32>,
+}
+
+@group(0) @binding(4) var<uniform> turn: Turn;
+
+// Turns points and sides of seams along.
+@compute @workgroup_size(WORKGROUP)
+fn carry(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let at = thread(id, groups);
+    if at >= sizes.points + 2u * sizes.seams {
+        return;
+    }
+    let p = vec3<f32>(points[3u * at], points[3u * at + 1u], points[3u * at + 2u]);
+    let q = turn.x.xyz * p.x + turn.y.xyz * p.y + turn.z.xyz * p.z + turn.shift.xyz;
+    points[3u * at] = q.x;
+    points[3u * at + 1u] = q.y;
+    points[3u * at + 2u] = q.z;
 }

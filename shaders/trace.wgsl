@@ -1,6 +1,6 @@
 // What the stages of a stitch came to, for comparison with their twins: src/backend/gpu/trace.rs says what lies where.
 
-@group(0) @binding(8) var<storage, read_write> trace: array<f32>;
+@group(0) @binding(9) var<storage, read_write> trace: array<f32>;
 
 var<private> trace_at: u32;
 

@@ -9,7 +9,7 @@ mod common;
 use common::Random;
 use common::grid::{Wrap, grid, single};
 use glam::{DMat3, DVec3};
-use knotmesh::backend::{CpuBackend, Precision, Running, TableSource, Tables, table_cache};
+use knotmesh::backend::{Backend, CpuBackend, Precision, Running, TableSource, Tables, table_cache};
 use knotmesh::knot::frame::Frame;
 use knotmesh::knot::table::{GROUP, Grid, Table, deformation, strains};
 use knotmesh::knot::tabulate::{Subject, tabulate};

@@ -1,15 +1,15 @@
 //! The CPU backend: rayon over chunks of each batch, lanes within a chunk.
 
 use super::known::Known;
-use super::rigid::{self, Motion};
 use super::scatter::Scatter;
+use super::sight::Sight;
 use super::skip::{Skip, Skipped};
 use super::surface::Surface;
 use super::work::{Bench, CHUNK, Chunk, Precision, Task};
 use super::{Backend, FrameOutput, Tables, unsolved};
 use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start};
 use crate::math::{V2, V3, Width};
-use crate::scene::{Batch, Scene, StrandEnd};
+use crate::scene::Scene;
 use crate::{Error, Result};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -63,11 +63,7 @@ pub struct CpuBackend<T: Precision> {
     /// `[face][corner but the first]` in batch order, the shapes that knots were solved for.
     shapes: Vec<V2<T>>,
     remembered: Vec<bool>,
-    /// `[seam][side]` faces of the mesh; made when first needed.
-    seam_faces: Vec<[u32; 2]>,
-    /// `[face of the mesh]` which faces are worked on, if not all.
-    visible: Option<Vec<bool>>,
-    shown_anew: bool,
+    sight: Sight,
     /// Frames in a row that were turned along as one.
     turned: u32,
     /// Names this backend, and its last frame.
@@ -104,17 +100,10 @@ impl<T: Precision> CpuBackend<T> {
             .build()
             .map_err(|e| Error::invalid(format_args!("cannot start {threads} threads: {e}")))?;
         let (kernels, tables) = pool.install(|| super::kernels::<T>(&scene, settings, running, cache));
-        let (skip, start) = (running.skip, settings.start);
-        let batches = || scene.batches.iter().zip(&kernels);
-        let rest = |(b, k): (&Batch, _)| Known::at_rest(&scene, b.stencil, k, start).filter(|_| skip.rest);
-        // With the start at the previous frame's result, faces of one shape need not end alike.
-        let shares = skip.shared && start != Start::Previous;
-        let first = |(b, k): (&Batch, &Kernel<T>)| {
-            (shares && k.solves() && b.faces.len() > 1).then(|| Known::nothing(k))
-        };
+        let (rests, firsts) = super::known_shapes(&scene, &kernels, &running.skip, settings.start);
         Ok(Self {
-            rests: batches().map(rest).collect(),
-            firsts: batches().map(first).collect(),
+            rests,
+            firsts,
             kernels,
             tables,
             start: settings.start,
@@ -125,9 +114,7 @@ impl<T: Precision> CpuBackend<T> {
             sides: vec![V3::zero(); 2 * scene.yarns.seams.len()],
             shapes: Vec::new(),
             remembered: Vec::new(),
-            seam_faces: Vec::new(),
-            visible: None,
-            shown_anew: false,
+            sight: Sight::default(),
             turned: 0,
             name: super::STAMPS.fetch_add(1, Relaxed),
             stamp: 0,
@@ -135,9 +122,11 @@ impl<T: Precision> CpuBackend<T> {
         })
     }
 
-    /// What became of the stitch types' tables; the tables themselves are with the kernels.
-    pub fn tables(&self) -> &Tables {
-        &self.tables
+    /// Goes on where another backend of the same scene and settings left off: its last frame counts as this one's.
+    pub(super) fn take_over(&mut self, output: &FrameOutput<T>) {
+        if output.stamp != 0 {
+            (self.name, self.stamp) = (output.backend, output.stamp);
+        }
     }
 
     /// The face-local points of the last frame by slot, before shared boundary points are averaged; same
@@ -154,42 +143,6 @@ impl<T: Precision> CpuBackend<T> {
             }
         }
         slots
-    }
-
-    /// Names the faces of the mesh that need to be right from the next frame on; `None` for all. Faces that share a
-    /// yarn point with one of them are worked on too; others have the status `Hidden` and keep the points that
-    /// they had. In an output that is new to this backend they had none: there they are interpolated once, their
-    /// knots as in the template.
-    ///
-    /// A face that is shown again is right in that same frame; with the start at the previous frame's result it
-    /// starts as it would in a first frame.
-    ///
-    /// # Errors
-    /// Another number of faces than the mesh has.
-    pub fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()> {
-        let Some(visible) = visible else {
-            self.shown_anew |= self.visible.is_some();
-            self.visible = None;
-            return Ok(());
-        };
-        let count = self.scene.face_places.len();
-        if visible.len() != count {
-            return Err(Error::invalid(format_args!(
-                "visibility of {} faces, expected {count} as the mesh has",
-                visible.len()
-            )));
-        }
-        if self.seam_faces.is_empty() {
-            self.seam_faces = seam_faces(&self.scene);
-        }
-        let mut worked = visible.to_vec();
-        for [a, b] in &self.seam_faces {
-            worked[*a as usize] |= visible[*b as usize];
-            worked[*b as usize] |= visible[*a as usize];
-        }
-        self.shown_anew |= self.visible.as_ref() != Some(&worked);
-        self.visible = Some(worked);
-        Ok(())
     }
 
     fn solve(&mut self, output: &mut FrameOutput<T>, continued: bool) -> Skipped {
@@ -216,7 +169,7 @@ impl<T: Precision> CpuBackend<T> {
             running: self.running,
             own: output.backend == self.name || output.backend == super::GIVEN,
             continued,
-            visible: self.visible.as_deref(),
+            visible: self.sight.faces.as_deref(),
             benches: &self.benches,
             points: Scatter::new(&mut output.points),
             sides: Scatter::new(&mut self.sides),
@@ -228,16 +181,6 @@ impl<T: Precision> CpuBackend<T> {
             remembered: &mut self.remembered,
         };
         frame.batches(0..scene.batches.len(), part)
-    }
-
-    /// The motion of the whole mesh as one since the last frame, where that is looked for.
-    fn rigid(&self, positions: &[DVec3]) -> Option<Motion> {
-        let skip = self.running.skip;
-        if !skip.rigid || self.turned >= rigid::FRAMES {
-            return None;
-        }
-        let share = skip.tolerance / f64::from(rigid::FRAMES);
-        self.surface.rigid(positions, share * self.scene.yarn_radius * self.scene.gauge)
     }
 
     /// Shared points are the mean of what both faces say.
@@ -258,10 +201,18 @@ impl<T: Precision> CpuBackend<T> {
 }
 
 impl<T: Precision> Backend<T> for CpuBackend<T> {
+    fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()> {
+        self.sight.set(&self.scene, visible)
+    }
+
+    fn tables(&self) -> &Tables {
+        &self.tables
+    }
+
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()> {
         let continued = self.stamp != 0 && output.stamp == self.stamp;
         // With the previous frame's start, a face that stands still goes on towards its optimum.
-        let known = continued && !self.shown_anew && self.start != Start::Previous;
+        let known = continued && !self.sight.anew && self.start != Start::Previous;
         let may_stay = known && self.running.skip.unmoved;
         let hidden = output.skipped.hidden;
         let stays =
@@ -273,7 +224,11 @@ impl<T: Precision> Backend<T> for CpuBackend<T> {
         // Tasks run in the pool's own threads, so that each finds its workspace.
         let pool = self.pool.clone();
         pool.install(|| {
-            let motion = if known && self.visible.is_none() { self.rigid(positions) } else { None };
+            let motion = if known && self.sight.faces.is_none() {
+                self.surface.motion(&self.scene, &self.running.skip, positions, self.turned)
+            } else {
+                None
+            };
             if !self.surface.update(&self.scene, positions)? && may_stay {
                 output.skipped = stays;
                 return Ok(());
@@ -283,10 +238,7 @@ impl<T: Precision> Backend<T> for CpuBackend<T> {
                 let (origin, gauge) = (output.origin, output.gauge);
                 motion.carry(origin, gauge, &mut output.points);
                 motion.carry(origin, gauge, &mut self.sides);
-                let solved = self.scene.batches.iter().zip(&self.kernels).filter(|(_, k)| k.solves());
-                let rigid = solved.map(|(b, _)| b.faces.len()).sum();
-                let without_knots = self.scene.face_count - rigid;
-                output.skipped = Skipped { rigid, without_knots, ..Skipped::default() };
+                output.skipped = Skipped::turned(&self.scene, &self.kernels);
                 return Ok(());
             }
             output.origin = self.surface.origin();
@@ -296,7 +248,7 @@ impl<T: Precision> Backend<T> for CpuBackend<T> {
             output.faces.resize(self.scene.face_count, unsolved());
             output.skipped = self.solve(output, continued);
             self.join(output);
-            self.shown_anew = false;
+            self.sight.anew = false;
             self.stamp = super::STAMPS.fetch_add(1, Relaxed);
             (output.stamp, output.backend) = (self.stamp, self.name);
             Ok(())
@@ -404,23 +356,4 @@ impl<T: Precision> Frame<'_, T> {
         let (x, y) = rayon::join(|| self.chunks(task, begin, a), || self.chunks(task, begin + half, b));
         x + y
     }
-}
-
-/// `[seam][side]` faces of the mesh.
-fn seam_faces(scene: &Scene) -> Vec<[u32; 2]> {
-    let mut faces = vec![[0; 2]; scene.yarns.seams.len()];
-    for batch in &scene.batches {
-        let count = scene.stencils[batch.stencil].strand_offsets.len() - 1;
-        for (i, face) in batch.faces.iter().enumerate() {
-            let first = batch.first_strand + i * count;
-            for place in &scene.yarns.strands[first..first + count] {
-                for end in [0, 1] {
-                    if let StrandEnd::Seam(side) = place.end(end) {
-                        faces[side as usize / 2][side as usize % 2] = face.0;
-                    }
-                }
-            }
-        }
-    }
-    faces
 }

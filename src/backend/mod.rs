@@ -1,11 +1,13 @@
 //! Backends: a scene once, positions each frame, control points out.
 
 mod cpu;
+mod device;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod known;
 mod rigid;
 mod scatter;
+mod sight;
 mod skip;
 mod surface;
 pub mod table_cache;
@@ -13,17 +15,19 @@ mod tables;
 mod work;
 
 pub use cpu::{CpuBackend, Running};
+pub use device::{DeviceBackend, DeviceKind, OnGpu, Recipe};
 pub use skip::{Skip, Skipped};
 pub use tables::{TableReport, TableSource, Tables};
 pub use work::Precision;
 
 use crate::ids::FaceId;
 use crate::knot::table::Table;
-use crate::knot::{FaceResult, Kernel, KnotState, Settings, Status};
+use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start, Status};
 use crate::math::{Scalar, V3};
-use crate::scene::Scene;
+use crate::scene::{Batch, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
+use known::Known;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
@@ -43,6 +47,25 @@ pub trait Backend<T: Scalar> {
     /// # Errors
     /// Another number of positions than the scene has vertices.
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()>;
+
+    /// Names the faces of the mesh that need to be right from the next frame on; `None` for all. Faces that share a
+    /// yarn point with one of them are worked on too; others have the status `Hidden` and keep the points that
+    /// they had. In an output that is new to this backend they had none: there they are interpolated once, their
+    /// knots as in the template.
+    ///
+    /// A face that is shown again is right in that same frame; with the start at the previous frame's result it
+    /// starts as it would in a first frame.
+    ///
+    /// # Errors
+    /// Another number of faces than the mesh has.
+    fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()>;
+
+    /// What became of the stitch types' tables; the tables themselves are with the kernels.
+    fn tables(&self) -> &Tables;
+
+    /// Gives its device up, as if it had failed: every frame from now on is an error. For tests; a CPU cannot fail.
+    #[doc(hidden)]
+    fn lose(&mut self) {}
 }
 
 /// The result of a frame. Places are in template units relative to `origin`: world = origin + gauge * place.
@@ -148,6 +171,23 @@ fn kernels<T: Scalar>(
     };
     let of_stencil = std::mem::take(&mut tables.tables);
     (scene.stencils.iter().zip(of_stencil).map(kernel).collect(), tables)
+}
+
+/// `[batch]` the templates' own shapes, and room for the first faces', where they may be skipped.
+#[expect(clippy::type_complexity)]
+fn known_shapes<T: Precision>(
+    scene: &Scene,
+    kernels: &[Kernel<T>],
+    skip: &Skip,
+    start: Start,
+) -> (Vec<Option<Known<T>>>, Vec<Option<Known<T>>>) {
+    let batches = || scene.batches.iter().zip(kernels);
+    let rest = |(b, k): (&Batch, _)| skip.rest.then(|| Known::at_rest(scene, b.stencil, k, start)).flatten();
+    // With the start at the previous frame's result, faces of one shape need not end alike.
+    let shares = skip.shared && start != Start::Previous;
+    let first =
+        |(b, k): (&Batch, &Kernel<T>)| (shares && k.solves() && b.faces.len() > 1).then(|| Known::nothing(k));
+    (batches().map(rest).collect(), batches().map(first).collect())
 }
 
 /// What is reported of a face with nothing to solve.

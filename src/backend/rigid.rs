@@ -49,10 +49,16 @@ impl Motion {
         confirmed.then_some(motion)
     }
 
+    /// The motion as x, y, z and shift, p to x p.x + y p.y + z p.z + shift, of places in units of `gauge` relative to
+    /// `origin`.
+    pub fn columns<T: Scalar>(&self, origin: DVec3, gauge: f64) -> [V3<T>; 4] {
+        let shift = (self.turn * origin + self.shift - origin) / gauge;
+        [self.turn.x_axis, self.turn.y_axis, self.turn.z_axis, shift].map(V3::of)
+    }
+
     /// Moves places that are given in units of `gauge` relative to `origin`.
     pub fn carry<T: Scalar>(&self, origin: DVec3, gauge: f64, places: &mut [V3<T>]) {
-        let shift = V3::<T>::of((self.turn * origin + self.shift - origin) / gauge);
-        let [x, y, z] = [self.turn.x_axis, self.turn.y_axis, self.turn.z_axis].map(V3::<T>::of);
+        let [x, y, z, shift] = self.columns::<T>(origin, gauge);
         places.par_chunks_mut(CHUNK).for_each(|places| {
             for p in places {
                 *p = x * p.x + y * p.y + z * p.z + shift;

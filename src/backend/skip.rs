@@ -1,6 +1,8 @@
 //! What a frame leaves undone because its result is known.
 
-use crate::math::{Real, V2};
+use crate::knot::Kernel;
+use crate::math::{Real, Scalar, V2};
+use crate::scene::Scene;
 
 /// Work to skip where that does not change the result by more than its bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +46,15 @@ pub struct Skipped {
     pub rest: usize,
     /// Of the shape of the first face of their type: lifted.
     pub shared: usize,
+}
+
+impl Skipped {
+    /// Of a frame that was only turned along.
+    pub(super) fn turned<T: Scalar>(scene: &Scene, kernels: &[Kernel<T>]) -> Self {
+        let solved = scene.batches.iter().zip(kernels).filter(|(_, k)| k.solves());
+        let rigid = solved.map(|(b, _)| b.faces.len()).sum();
+        Self { rigid, without_knots: scene.face_count - rigid, ..Self::default() }
+    }
 }
 
 impl std::ops::Add for Skipped {

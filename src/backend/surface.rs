@@ -1,6 +1,7 @@
 //! The surface of a frame: places in template units, normals around corners, and what of them changed.
 
-use super::rigid::Motion;
+use super::rigid::{self, Motion};
+use super::skip::Skip;
 use crate::math::{Real, Scalar, V3};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -48,10 +49,15 @@ impl<T: Scalar> Surface<T> {
         !self.any && !self.local.is_empty() && bits(&self.last) == bits(positions)
     }
 
-    /// The motion of all vertices as one since the last frame, if there is one to within `tolerance`, world units.
-    pub fn rigid(&self, positions: &[DVec3], tolerance: f64) -> Option<Motion> {
+    /// The motion of the whole mesh as one since the last frame, where that is looked for and there is one, after `turned`
+    /// frames in a row that were only turned along.
+    pub fn motion(&self, scene: &Scene, skip: &Skip, positions: &[DVec3], turned: u32) -> Option<Motion> {
         let fits = !self.not_finite && self.last.len() == positions.len();
-        if fits { Motion::find(&self.last, positions, tolerance) } else { None }
+        if !fits || !skip.rigid || turned >= rigid::FRAMES {
+            return None;
+        }
+        let share = skip.tolerance / f64::from(rigid::FRAMES);
+        Motion::find(&self.last, positions, share * scene.yarn_radius * scene.gauge)
     }
 
     /// Takes a frame's positions, and works out areas and normals where they moved; says whether anything did.

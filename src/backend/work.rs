@@ -4,10 +4,11 @@ use super::known::Known;
 use super::scatter::Scatter;
 use super::skip::{Skip, Skipped, same};
 use super::surface::{Surface, stand_in};
-use super::unsolved;
+use super::{OnGpu, Recipe, unsolved};
 use crate::knot::{Ended, FaceResult, Given, Kernel, KnotState, Start, Status, Workspace};
 use crate::math::{Real, Scalar, V2, V3, Wide, Width};
 use crate::scene::{Batch, Scene, StrandEnd, StrandPlace};
+use crate::{Error, Result};
 use std::any::Any;
 use std::sync::Mutex;
 
@@ -77,14 +78,20 @@ pub trait Precision: Scalar {
     /// Works on a chunk.
     #[doc(hidden)]
     fn chunk(width: Width, chunk: Chunk<Self>) -> Skipped;
+    /// A backend on a GPU, of hardware unless `software` will do; `None` for want of one.
+    #[doc(hidden)]
+    fn gpu(recipe: &Recipe, software: bool) -> Result<Option<OnGpu<Self>>>;
     /// Works on one face.
     #[doc(hidden)]
     fn face(kernel: &Kernel<Self>, work: &mut Workspace<Self>, given: Given<Self>) -> Ended<Self>;
 }
 
 macro_rules! precision {
-    ($t:ty) => {
+    ($t:ty, $gpu:expr) => {
         impl Precision for $t {
+            fn gpu(recipe: &Recipe, software: bool) -> Result<Option<OnGpu<Self>>> {
+                $gpu(recipe, software)
+            }
             #[inline(never)]
             fn chunk(width: Width, chunk: Chunk<Self>) -> Skipped {
                 Self::widen(width, chunk)
@@ -96,8 +103,13 @@ macro_rules! precision {
         }
     };
 }
-precision!(f32);
-precision!(f64);
+precision!(f32, super::device::gpu);
+precision!(f64, |recipe: &Recipe, software: bool| {
+    if software || recipe.adapter.is_some() {
+        return Err(Error::invalid("GPUs solve in f32: expected --precision f32"));
+    }
+    Ok(None)
+});
 
 impl<T: Precision> Wide<T> for Chunk<'_, '_, T> {
     type Output = Skipped;

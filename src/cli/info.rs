@@ -16,7 +16,11 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub struct Arguments {
     /// A mesh (.smobj, .obj), a library (.sf, .json) or curves (.yarns, .bcc, .obj, .npz, .usda, .txt, .pbrt).
-    file: PathBuf,
+    #[arg(required_unless_present = "adapters")]
+    file: Option<PathBuf>,
+    /// List the GPU adapters that `--device gpu` can take, the best first.
+    #[arg(long, conflicts_with = "file")]
+    adapters: bool,
     /// Template libraries that a mesh is held against, on top of the embedded one.
     #[arg(long, value_name = "FILE|DIR")]
     templates: Vec<PathBuf>,
@@ -27,10 +31,10 @@ pub struct Arguments {
 
 /// Says what is in the file.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let path = &arguments.file;
+    let Some(path) = &arguments.file else { return print(&adapters()) };
     match extension(path).as_str() {
-        "smobj" => mesh_info(arguments),
-        "obj" if has_faces(path)? => mesh_info(arguments),
+        "smobj" => mesh_info(path, arguments),
+        "obj" if has_faces(path)? => mesh_info(path, arguments),
         "sf" | "json" => {
             let mut library = TemplateLibrary::default();
             library.add_path(path)?;
@@ -40,6 +44,22 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
+#[cfg(feature = "gpu")]
+fn adapters() -> String {
+    let line = |adapter: &knotmesh::backend::gpu::Adapter| {
+        let report = adapter.report();
+        let sums = if report.exact { "sums as on the CPU" } else { "sums as the driver sees fit" };
+        format!("{report}: buffers of {} MiB, {sums}\n", report.largest_binding >> 20)
+    };
+    let all = knotmesh::backend::gpu::Adapter::all();
+    if all.is_empty() { "no GPU adapter\n".into() } else { all.iter().map(line).collect() }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn adapters() -> String {
+    "no GPU adapter: this build has no GPU backend\n".into()
+}
+
 /// Whether an OBJ file holds polygons (a mesh) rather than lines (curves).
 fn has_faces(path: &std::path::Path) -> Result<bool> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
@@ -47,9 +67,9 @@ fn has_faces(path: &std::path::Path) -> Result<bool> {
     Ok(bytes.split(|b| *b == b'\n').any(face))
 }
 
-fn mesh_info(arguments: &Arguments) -> Result<()> {
+fn mesh_info(path: &std::path::Path, arguments: &Arguments) -> Result<()> {
     let library = inputs::library(&arguments.templates)?;
-    let mesh = inputs::mesh(&arguments.file, &library, &arguments.map)?;
+    let mesh = inputs::mesh(path, &library, &arguments.map)?;
     let mut text = contents(&mesh, &library);
     let mut problems = Vec::new();
     let (apart, greatest) = gaps(&mesh);

@@ -2,6 +2,7 @@
 //! stress, something does not hold), 2 error.
 
 mod convert;
+mod device;
 mod info;
 mod inputs;
 #[cfg(feature = "measure")]

@@ -1,11 +1,12 @@
 //! `knotmesh relax`: a stitch mesh in, relaxed yarn out.
 
+use super::device::DeviceArguments;
 use super::inputs::{self, Rename};
 use super::progress::Progress;
 use super::report::{self, FrameReport, Inputs, Report, Seconds};
 use super::skip::{SkipArguments, SkipReport, Visible};
 use super::{Console, Ending};
-use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Precision, Running, table_cache};
+use knotmesh::backend::{Backend, DeviceBackend, FrameOutput, Precision, Recipe, Running, table_cache};
 use knotmesh::curve::{CurveExtras, FrameCurves, UNIFORM_SUBDIVISION};
 use knotmesh::ids::FaceId;
 use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_writer};
@@ -84,6 +85,8 @@ pub struct Arguments {
     pub threads: usize,
     #[command(flatten)]
     pub skip: SkipArguments,
+    #[command(flatten)]
+    pub device: DeviceArguments,
     /// mean-value joins corners across faces; wachspress treats each face on its own, as smobj-to-yarns does.
     #[arg(long, value_enum, default_value = "mean-value")]
     pub coordinates: CoordinatesName,
@@ -283,8 +286,18 @@ impl Job<'_> {
             energies: arguments.report.is_some() || arguments.outputs.iter().any(result),
         };
         let began = Instant::now();
-        let (scene, cache) = (self.scene.clone(), table_cache::folder());
-        let mut backend = CpuBackend::<T>::with_cache(scene, &settings, &running, cache.as_deref())?;
+        let recipe = Recipe {
+            scene: self.scene.clone(),
+            settings,
+            running,
+            cache: table_cache::folder(),
+            adapter: arguments.device.adapter.clone(),
+        };
+        let mut backend = DeviceBackend::<T>::new(recipe, arguments.device.device.into())?;
+        if let Some(adapter) = backend.adapter() {
+            self.console.say(format_args!("solving on {adapter}"));
+        }
+        self.name_notes(&mut backend);
         self.seconds.tables = began.elapsed().as_secs_f64();
         if let Some(note) = &backend.tables().note {
             self.console.say(format_args!("tables are not kept: {note}"));
@@ -320,6 +333,7 @@ impl Job<'_> {
                 timed(&mut self.seconds.read_frames, || visible.show(frame, &mut backend))?;
             }
             timed(&mut self.seconds.solve, || backend.frame(&positions, &mut output))?;
+            self.name_notes(&mut backend);
             if sinks.is_empty() {
                 sinks = self.open_sinks(&output, range.len())?;
             }
@@ -358,8 +372,18 @@ impl Job<'_> {
             let (inputs, seconds) = (self.inputs, self.seconds);
             let tables = backend.tables().reports.clone();
             let skip = SkipReport::new(&arguments.skip);
-            Report { inputs, skip, tables, frames: reports, peak_memory_bytes: peak_memory, files, seconds }
-                .write(path)?;
+            let adapter = backend.adapter().map(str::to_string);
+            Report {
+                inputs,
+                skip,
+                adapter,
+                tables,
+                frames: reports,
+                peak_memory_bytes: peak_memory,
+                files,
+                seconds,
+            }
+            .write(path)?;
         }
         Ok(if fell_back.is_empty() || arguments.allow_degenerate { Ending::Done } else { Ending::FellBack })
     }
@@ -387,6 +411,12 @@ impl Job<'_> {
                 Ok(Sink { writer, subdivide, extras: self.extras.subdivided(&self.scene, subdivide) })
             })
             .collect()
+    }
+
+    fn name_notes<T: Precision>(&self, backend: &mut DeviceBackend<T>) {
+        for note in backend.notes() {
+            self.console.warn(note);
+        }
     }
 
     /// Names the faces that fell back, a few of each frame.

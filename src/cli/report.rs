@@ -28,6 +28,8 @@ pub struct Report {
     pub inputs: Inputs,
     /// What could be left undone.
     pub skip: SkipReport,
+    /// The GPU adapter that frames were solved on, at the end; null for the CPU.
+    pub adapter: Option<String>,
     /// One per stitch type with a table.
     pub tables: Vec<TableReport>,
     /// One per frame.

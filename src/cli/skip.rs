@@ -1,8 +1,8 @@
 //! `--skip`, `--skip-tolerance`, `--visible` and `--lanes`: what a frame may leave undone, and how it is worked on.
 
-use knotmesh::backend::{CpuBackend, Precision, Skip};
+use knotmesh::backend::{Backend, Skip};
 use knotmesh::io::face_mask::FaceMask;
-use knotmesh::math::Width;
+use knotmesh::math::{Scalar, Width};
 use knotmesh::{Error, Result};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -94,7 +94,7 @@ impl Visible {
     }
 
     /// Shows a backend the faces of a frame.
-    pub fn show<T: Precision>(&mut self, frame: usize, backend: &mut CpuBackend<T>) -> Result<()> {
+    pub fn show<T: Scalar>(&mut self, frame: usize, backend: &mut dyn Backend<T>) -> Result<()> {
         self.source.read(frame, &mut self.mask)?;
         backend.set_visible(Some(&self.mask))
     }

@@ -2,6 +2,8 @@
 #![allow(dead_code)]
 
 pub mod curves;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod grid;
 pub mod npy;
 pub mod run;

@@ -126,9 +126,7 @@ impl Adapter {
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| keep(&sink, e.to_string())));
         let sink = faults.clone();
         device.set_device_lost_callback(move |reason, message| {
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                keep(&sink, format!("the device was lost: {message}"));
-            }
+            keep(&sink, format!("the device was lost ({reason:?}): {message}"));
         });
         Ok(Device { device, queue, limits, exact, faults, name: self.report().to_string() })
     }

@@ -296,6 +296,15 @@ pub fn table_words(table: &Table<f32>) -> Vec<f32> {
     blocks.chain(table.whole().iter().copied()).collect()
 }
 
+/// All faces of the batch.
+pub const DIRECT: u32 = 0;
+/// Those on the list to be solved.
+pub const SOLVE_LIST: u32 = 1;
+/// Those on the list to be lifted only.
+pub const LIFT_LIST: u32 = 2;
+/// The bit of [`Settings::skip`] that says that no face is hidden; below it, unmoved, rigid, rest and shared.
+pub const SEEN_ALL: u32 = 16;
+
 /// What a dispatch of stitches is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
@@ -312,12 +321,14 @@ pub struct Settings {
     pub iterations: u32,
     /// Faces of the batch.
     pub face_count: u32,
-    /// Where the dispatch begins among them.
+    /// Where a direct dispatch begins among them.
     pub begin: u32,
     /// Word of the topology where the batch's corners begin.
     pub first_corner: u32,
-    /// Word of the topology where its strands begin.
+    /// Where its strands begin.
     pub first_strand: u32,
+    /// Where its faces of the mesh begin.
+    pub first_mesh_face: u32,
     /// Its first face, in batch order.
     pub first_face: u32,
     /// Its first knot.
@@ -326,8 +337,38 @@ pub struct Settings {
     pub point_count: u32,
     /// Whether knots hold starts.
     pub given: u32,
-    /// Whether they are of the frame before.
+    /// Whether the output holds the frame before.
     pub near: u32,
+    /// Which faces: [`DIRECT`], [`SOLVE_LIST`], [`LIFT_LIST`].
+    pub way: u32,
+    /// Where the counts of the batch's lists begin.
+    pub first_count: u32,
+    /// Where their entries do.
+    pub first_entry: u32,
+    /// Where its remembered shapes begin.
+    pub first_shape: u32,
+    /// Where the shapes begin whose solve is known.
+    pub first_known: u32,
+    /// Bits of what may be skipped.
+    pub skip: u32,
+    /// Of shapes, template units.
+    pub tolerance: f32,
+    /// Whether the output holds a frame of this backend.
+    pub own: u32,
+    /// Whether solves start from the frame before.
+    pub from_previous: u32,
+    /// Word of the surface where bits of vertices begin that moved.
+    pub moved: u32,
+    /// Of faces whose area changed.
+    pub bent: u32,
+    /// Of corner groups whose normal changed.
+    pub turned: u32,
+    /// Of bits of faces that are seen.
+    pub seen: u32,
+    /// The first face among places and normals.
+    pub face_normals: u32,
+    /// The first corner group there.
+    pub group_normals: u32,
 }
 
 /// What the kernels of surfaces and seams are told; see `shaders/surface.wgsl`.
@@ -354,6 +395,12 @@ pub struct Sizes {
     pub group_faces: u32,
     /// Control points of seams.
     pub seam_points: u32,
+    /// Words of the surface where flags of vertices, faces and corner groups begin.
+    pub moved: u32,
+    /// Of faces.
+    pub bent: u32,
+    /// Of corner groups.
+    pub turned: u32,
 }
 
 /// A knot's state in a buffer.
@@ -379,3 +426,8 @@ pub struct ResultWords {
     /// Number of the [`crate::knot::Status`].
     pub status: u32,
 }
+
+/// A motion of all points as one, its columns padded to four.
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Turn(pub [[f32; 4]; 4]);

@@ -2,27 +2,33 @@
 //! shaders run as they are written, bit by bit.
 
 mod adapter;
+mod batch;
 mod buffers;
 mod exact;
 pub mod layout;
+mod pipeline;
 mod readback;
 pub mod shader;
 pub mod trace;
 
 pub use adapter::{Adapter, AdapterReport};
 
+use super::known::Known;
+use super::rigid::Motion;
+use super::sight::Sight;
 use super::surface::Surface;
-use super::{Backend, FrameOutput, GIVEN, Running, Skipped, Tables, kernels, unsolved};
+use super::{Backend, FrameOutput, GIVEN, Running, Skip, Skipped, Tables, kernels, unsolved};
 use crate::Result;
 use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start, Status};
 use crate::math::{V2, V3};
 use crate::scene::Scene;
 use adapter::Device;
-use buffers::{Maker, Topology};
+use batch::{BatchMaker, BatchOnDevice, Shared};
+use buffers::{Maker, Places, SKIP_COUNTS, Topology};
 use glam::DVec3;
-use layout::{Counts, KnotWords, ResultWords, Sizes, Variant};
+use layout::{KnotWords, ResultWords, Turn};
+use pipeline::{Kind, bind_group, bind_group_layout, pipeline};
 use readback::Readback;
-use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -51,16 +57,6 @@ impl Default for GpuOptions {
     }
 }
 
-/// A batch on the device.
-#[derive(Debug)]
-struct BatchOnDevice {
-    pipeline: wgpu::ComputePipeline,
-    bind_group: wgpu::BindGroup,
-    uniform: wgpu::Buffer,
-    settings: layout::Settings,
-    trace: Option<wgpu::Buffer>,
-}
-
 /// Runs scenes on a GPU, in f32.
 #[derive(Debug)]
 pub struct GpuBackend {
@@ -72,20 +68,38 @@ pub struct GpuBackend {
     start: Start,
     running: Running,
     surface: Surface<f32>,
-    sizes: Sizes,
-    surface_buffer: wgpu::Buffer,
-    points: wgpu::Buffer,
-    knots: wgpu::Buffer,
-    results: wgpu::Buffer,
+    sight: Sight,
+    turned: u32,
+    /// `[batch]` the templates' own shapes, and the first faces', where they are shared.
+    rests: Vec<Option<Known<f32>>>,
+    firsts: Vec<Option<Known<f32>>>,
+    places: Places,
+    buffers: Buffers,
     areas: wgpu::ComputePipeline,
     normals: wgpu::ComputePipeline,
     join: wgpu::ComputePipeline,
+    carry: wgpu::ComputePipeline,
     surface_group: wgpu::BindGroup,
+    arguments: wgpu::ComputePipeline,
+    arguments_group: wgpu::BindGroup,
     /// `[batch]`; none for a stitch without yarn.
     batches: Vec<Option<BatchOnDevice>>,
     readback: Readback,
     name: u64,
     stamp: u64,
+}
+
+/// The buffers that all batches see.
+#[derive(Debug)]
+struct Buffers {
+    surface: wgpu::Buffer,
+    points: wgpu::Buffer,
+    knots: wgpu::Buffer,
+    results: wgpu::Buffer,
+    lists: wgpu::Buffer,
+    known: wgpu::Buffer,
+    dispatches: wgpu::Buffer,
+    turn: wgpu::Buffer,
 }
 
 impl GpuBackend {
@@ -104,141 +118,94 @@ impl GpuBackend {
         super::check(settings, running)?;
         let device = adapter.open()?;
         let exact = options.exact && device.exact;
+        let own = options.own_shaders.unwrap_or(!adapter.report().is_software());
         let (kernels, tables) = kernels::<f32>(&scene, settings, running, cache);
-        let Topology { words, sizes, batches: places } = Topology::new(&scene)?;
+        let Topology { words, places } = Topology::new(&scene)?;
+        let sizes = places.sizes;
         let maker = Maker(&device);
         let topology = maker.words("topology", &words)?;
         drop(words);
-        let places_and_normals = 12 * u64::from(sizes.vertices + sizes.faces + sizes.groups);
         let copied = BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        let surface_buffer = maker.storage("places and normals", places_and_normals, copied)?;
-        let points = maker.storage(
-            "control points",
-            12 * (u64::from(sizes.points) + 2 * u64::from(sizes.seams)),
-            copied,
-        )?;
-        let knots = maker.storage("knots", 12 * scene.knot_count as u64, copied)?;
-        let results = maker.storage("results", 12 * scene.face_count as u64, copied)?;
+        let points = 12 * (u64::from(sizes.points) + 2 * u64::from(sizes.seams));
+        let buffers = Buffers {
+            surface: maker.storage("places and normals", 4 * places.surface, copied)?,
+            points: maker.storage("control points", points, copied)?,
+            knots: maker.storage("knots", 12 * scene.knot_count as u64, copied)?,
+            results: maker.storage("results", 12 * scene.face_count as u64, copied)?,
+            lists: maker.storage("lists", 4 * places.lists, copied)?,
+            known: maker.storage("known shapes", 4 * places.known, copied)?,
+            dispatches: maker.dispatches(2 * scene.batches.len()),
+            turn: maker.uniform("turn", &Turn::default()),
+        };
+        let shapes = maker.storage("shapes", 4 * places.shapes, BufferUsages::empty())?;
 
-        let own = options.own_shaders.unwrap_or(!adapter.report().is_software());
-        let text = shader::surface(options.workgroup);
-        let module = shader::compile(&device.device, exact, !own, "surface", &text)
-            .map_err(|fault| device.fault(&fault.0))?;
-        let kinds = [Kind::Uniform, Kind::Write, Kind::Read, Kind::Write];
+        let compile = |name: &str, text: &str| {
+            shader::compile(&device.device, exact, !own, name, text).map_err(|fault| device.fault(&fault.0))
+        };
+        let module = compile("surface", &shader::surface(options.workgroup))?;
+        let kinds = [Kind::Uniform, Kind::Write, Kind::Read, Kind::Write, Kind::Uniform];
         let layout = bind_group_layout(&device, "surface", &kinds);
         let sizes_buffer = maker.uniform("sizes", &sizes);
-        let surface_group =
-            bind_group(&device, "surface", &layout, &[&sizes_buffer, &surface_buffer, &topology, &points]);
-        let [areas, normals, join] =
-            ["areas", "corner_normals", "join"].map(|entry| pipeline(&device, &layout, &module, entry));
-        let (areas, normals, join) = (areas?, normals?, join?);
+        let bound = [&sizes_buffer, &buffers.surface, &topology, &buffers.points, &buffers.turn];
+        let surface_group = bind_group(&device, "surface", &layout, &bound);
+        let [areas, normals, join, carry] = ["areas", "corner_normals", "join", "carry"]
+            .map(|entry| pipeline(&device, &layout, &module, entry));
+        let (areas, normals, join, carry) = (areas?, normals?, join?, carry?);
 
-        let mut kinds = vec![Kind::Read, Kind::Uniform, Kind::Read, Kind::Read];
-        kinds.extend([Kind::Write, Kind::Write, Kind::Write, Kind::Read]);
-        if options.trace {
-            kinds.push(Kind::Write);
-        }
-        let layout = bind_group_layout(&device, "stitch", &kinds);
-        let most = kernels.iter().map(Counts::new).fold(Counts::default(), Counts::max);
-        let grid = kernels.iter().find_map(|k| k.table().map(|t| *t.grid()));
-        let no_table = maker.words("no table", &[0.0f32])?;
-        let mut compiled: HashMap<String, wgpu::ComputePipeline> = HashMap::new();
-        let mut batches = Vec::with_capacity(scene.batches.len());
-        for ((batch, kernel), [corners, strands]) in scene.batches.iter().zip(&kernels).zip(places) {
-            if kernel.stencil.points.is_empty() {
-                batches.push(None);
-                continue;
-            }
-            let table = kernel.table().filter(|_| kernel.solves());
-            let counts = Counts::new(kernel);
-            let room = if own { counts } else { most };
-            let variant = Variant {
-                room,
-                own,
-                grid: grid.as_ref().filter(|_| !own || table.is_some()),
-                spaced: kernel.beta().is_some(),
-                energies: running.energies,
-                trace: options.trace.then(|| trace::words(&kernel.stencil)),
-            };
-            let text = shader::stitch(&variant, options.workgroup);
-            let pipeline = match compiled.get(&text) {
-                Some(pipeline) => pipeline.clone(),
-                None => {
-                    let key = scene.templates[batch.stencil].key();
-                    let module = shader::compile(&device.device, exact, !own, &key, &text)
-                        .map_err(|fault| device.fault(&fault.0))?;
-                    let made = pipeline(&device, &layout, &module, "stitch")?;
-                    compiled.insert(text, made.clone());
-                    made
-                }
-            };
-            let weights = kernel.weights();
-            let settings = layout::Settings {
-                beta: kernel.beta().unwrap_or(1.0),
-                weight_angle: weights.angle,
-                weight_length: weights.length,
-                nan: f32::NAN.to_bits(),
-                iterations: kernel.iterations(),
-                face_count: batch.faces.len() as u32,
-                begin: 0,
-                first_corner: corners,
-                first_strand: strands,
-                first_face: batch.first_face as u32,
-                first_knot: batch.first_knot as u32,
-                point_count: sizes.points,
-                given: 0,
-                near: 0,
-            };
-            let uniform = maker.uniform("settings", &settings);
-            let stencil = maker.words("stencil", &layout::words(kernel, &room))?;
-            let table = match table {
-                Some(table) => &maker.words("table", &layout::table_words(table))?,
-                None => &no_table,
-            };
-            let trace = match options.trace {
-                true => {
-                    let words = trace::words(&kernel.stencil) * batch.faces.len();
-                    Some(maker.storage("trace", 4 * words as u64, BufferUsages::COPY_SRC)?)
-                }
-                false => None,
-            };
-            let mut bound =
-                vec![&stencil, &uniform, &surface_buffer, &topology, &points, &knots, &results, table];
-            bound.extend(&trace);
-            let bind_group = bind_group(&device, "stitch", &layout, &bound);
-            batches.push(Some(BatchOnDevice { pipeline, bind_group, uniform, settings, trace }));
-        }
-        let bytes = [points.size(), knots.size(), results.size()];
-        let readback = Readback::new(&maker, bytes.iter().sum());
+        let module = compile("arguments", &shader::arguments(options.workgroup))?;
+        let layout = bind_group_layout(&device, "arguments", &[Kind::Uniform, Kind::Read, Kind::Write]);
+        let lists = maker.uniform("lists", &[2 * scene.batches.len() as u32, SKIP_COUNTS as u32]);
+        let arguments_group =
+            bind_group(&device, "arguments", &layout, &[&lists, &buffers.lists, &buffers.dispatches]);
+        let arguments = pipeline(&device, &layout, &module, "arguments")?;
+
+        let shared = Shared {
+            surface: &buffers.surface,
+            topology: &topology,
+            points: &buffers.points,
+            knots: &buffers.knots,
+            results: &buffers.results,
+            lists: &buffers.lists,
+            shapes: &shapes,
+            known: &buffers.known,
+        };
+        let start = settings.start;
+        let mut batch_maker =
+            BatchMaker::new(&device, &scene, running, options, start, shared, &places, &kernels, own)?;
+        let batches = kernels.iter().enumerate().map(|(b, kernel)| batch_maker.batch(b, kernel));
+        let batches: Vec<_> = batches.collect::<Result<_>>()?;
+        drop(batch_maker);
+        let (rests, firsts) = super::known_shapes(&scene, &kernels, &running.skip, start);
+        let bytes = buffers.points.size() + buffers.knots.size() + buffers.results.size();
+        let readback = Readback::new(&maker, bytes + 4 * SKIP_COUNTS as u64);
         device.check()?;
         Ok(Self {
             scene,
             options: *options,
             kernels,
             tables,
-            start: settings.start,
+            start,
             running: *running,
             surface: Surface::default(),
-            sizes,
-            surface_buffer,
-            points,
-            knots,
-            results,
+            sight: Sight::default(),
+            turned: 0,
+            rests,
+            firsts,
+            places,
+            buffers,
             areas,
             normals,
             join,
+            carry,
             surface_group,
+            arguments,
+            arguments_group,
             batches,
             readback,
             name: super::STAMPS.fetch_add(1, Relaxed),
             stamp: 0,
             device,
         })
-    }
-
-    /// What became of the stitch types' tables.
-    pub fn tables(&self) -> &Tables {
-        &self.tables
     }
 
     /// Whether shaders run with their sums as they are written.
@@ -263,8 +230,9 @@ impl GpuBackend {
     /// # Errors
     /// A device that fails.
     pub fn surface(&self) -> Result<Vec<V3<f32>>> {
-        let words = readback::read(&self.device, &self.surface_buffer)?;
-        let count = (self.sizes.vertices + self.sizes.faces + self.sizes.groups) as usize;
+        let words = readback::read(&self.device, &self.buffers.surface)?;
+        let sizes = &self.places.sizes;
+        let count = (sizes.vertices + sizes.faces + sizes.groups) as usize;
         Ok(vectors(&words).take(count).collect())
     }
 
@@ -273,33 +241,84 @@ impl GpuBackend {
     /// # Errors
     /// A device that fails.
     pub fn sides(&self) -> Result<Vec<V3<f32>>> {
-        let words = readback::read(&self.device, &self.points)?;
-        Ok(vectors(&words).skip(self.sizes.points as usize).take(2 * self.sizes.seams as usize).collect())
+        let words = readback::read(&self.device, &self.buffers.points)?;
+        let sizes = &self.places.sizes;
+        Ok(vectors(&words).skip(sizes.points as usize).take(2 * sizes.seams as usize).collect())
     }
 
-    /// The starts that somebody gave, or that an earlier output of this backend holds.
-    fn give(&self, output: &FrameOutput<f32>, continued: bool) -> bool {
-        let own = output.backend == self.name || output.backend == GIVEN;
-        if self.start != Start::Previous || !own {
-            return false;
-        }
-        if !continued {
-            let words: Vec<KnotWords> = output.knots.iter().map(|k| knot_words(*k)).collect();
-            self.device.queue.write_buffer(&self.knots, 0, bytemuck::cast_slice(&words));
-        }
-        true
+    /// Whether anything may be left out, so that faces are chosen one by one.
+    fn chooses(&self) -> bool {
+        let Skip { unmoved, rigid, rest, shared, .. } = self.running.skip;
+        unmoved || rigid || rest || shared || self.sight.faces.is_some()
     }
 
-    fn tell(&mut self, given: bool, near: bool) {
+    /// Sends what is new of a frame.
+    fn send(&mut self, output: &FrameOutput<f32>, continued: bool) {
+        let chooses = self.chooses();
+        let known = if chooses { self.known_words() } else { Vec::new() };
         let queue = &self.device.queue;
+        let own = output.backend == self.name || output.backend == GIVEN;
+        let given = self.start == Start::Previous && own;
+        if given && !continued {
+            let words: Vec<KnotWords> = output.knots.iter().map(|k| knot_words(*k)).collect();
+            queue.write_buffer(&self.buffers.knots, 0, bytemuck::cast_slice(&words));
+        }
+        queue.write_buffer(&self.buffers.surface, 0, bytemuck::cast_slice(floats(&self.surface.local)));
+        if chooses {
+            let at = |word: u32| 4 * u64::from(word);
+            let moved = bits(&self.surface.moved);
+            queue.write_buffer(
+                &self.buffers.surface,
+                at(self.places.sizes.moved),
+                bytemuck::cast_slice(&moved),
+            );
+            if let Some(seen) = &self.sight.faces {
+                let seen = bits(seen);
+                queue.write_buffer(&self.buffers.surface, at(self.places.seen), bytemuck::cast_slice(&seen));
+            }
+            queue.write_buffer(&self.buffers.known, 0, bytemuck::cast_slice(&known));
+        }
+        let Skip { unmoved, rigid, rest, shared, .. } = self.running.skip;
+        let flags = [unmoved, rigid, rest, shared, self.sight.faces.is_none()];
+        let skip = flags.iter().enumerate().map(|(i, flag)| u32::from(*flag) << i).sum();
         for batch in self.batches.iter_mut().flatten() {
-            let settings =
-                layout::Settings { given: u32::from(given), near: u32::from(near), ..batch.settings };
-            if settings != batch.settings {
-                batch.settings = settings;
-                queue.write_buffer(&batch.uniform, 0, bytemuck::bytes_of(&settings));
+            batch.tell(&self.device.queue, |settings| {
+                settings.given = u32::from(given);
+                settings.near = u32::from(continued);
+                settings.own = u32::from(own);
+                settings.way = if chooses { layout::SOLVE_LIST } else { layout::DIRECT };
+                settings.skip = skip;
+            });
+        }
+    }
+
+    /// The shapes whose solve is known, the first faces' brought up to date.
+    fn known_words(&mut self) -> Vec<u32> {
+        let mut words = Vec::with_capacity(self.places.known as usize);
+        let batches = self.scene.batches.iter().zip(&self.kernels);
+        for ((batch, kernel), (rest, first)) in batches.zip(self.rests.iter().zip(&mut self.firsts)) {
+            let (n, k) = (kernel.stencil.corner_count, kernel.stencil.knot_count());
+            if let Some(first) = first {
+                first.update(&batch.corners[..n], kernel, &self.surface);
+            }
+            for known in [rest.as_ref(), first.as_ref().filter(|f| f.sound)] {
+                let begin = words.len();
+                if let Some(known) = known {
+                    words.push(1);
+                    words.extend(known.shape[1..].iter().flat_map(|p| [p.u.to_bits(), p.v.to_bits()]));
+                    let knots = known.state.iter().map(|s| knot_words(*s));
+                    words.extend(knots.flat_map(|s| [s.u, s.v, s.half_length].map(f32::to_bits)));
+                    let result = &known.result;
+                    words.extend([
+                        result.energy_start.to_bits(),
+                        result.energy.to_bits(),
+                        result.status as u32,
+                    ]);
+                }
+                words.resize(begin + 2 * n + 2 + 3 * k, 0);
             }
         }
+        words
     }
 
     fn dispatch(&self, pass: &mut wgpu::ComputePass, pipeline: &wgpu::ComputePipeline, threads: u32) {
@@ -314,85 +333,183 @@ impl GpuBackend {
 
     /// Everything from places to control points.
     fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
+        let chooses = self.chooses();
+        if chooses {
+            let header = 4 * (SKIP_COUNTS + 2 * self.batches.len()) as u64;
+            encoder.clear_buffer(&self.buffers.lists, 0, Some(header));
+        }
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_bind_group(0, &self.surface_group, &[]);
-        self.dispatch(&mut pass, &self.areas, self.sizes.faces);
-        self.dispatch(&mut pass, &self.normals, self.sizes.groups);
-        for batch in self.batches.iter().flatten() {
-            pass.set_bind_group(0, &batch.bind_group, &[]);
-            self.dispatch(&mut pass, &batch.pipeline, batch.settings.face_count);
+        self.dispatch(&mut pass, &self.areas, self.places.sizes.faces);
+        self.dispatch(&mut pass, &self.normals, self.places.sizes.groups);
+        if chooses {
+            for batch in self.batches.iter().flatten() {
+                pass.set_bind_group(0, &batch.choose_group, &[]);
+                self.dispatch(&mut pass, &batch.choose, batch.face_count());
+            }
+            pass.set_bind_group(0, &self.arguments_group, &[]);
+            self.dispatch(&mut pass, &self.arguments, 2 * self.batches.len() as u32);
+        }
+        for (b, batch) in self.batches.iter().enumerate() {
+            let Some(batch) = batch else { continue };
+            if !chooses {
+                pass.set_bind_group(0, &batch.stitch_groups[0], &[]);
+                self.dispatch(&mut pass, &batch.stitch, batch.face_count());
+                continue;
+            }
+            pass.set_pipeline(&batch.stitch);
+            for (list, group) in batch.stitch_groups.iter().enumerate() {
+                pass.set_bind_group(0, group, &[]);
+                pass.dispatch_workgroups_indirect(&self.buffers.dispatches, 12 * (2 * b + list) as u64);
+            }
         }
         pass.set_bind_group(0, &self.surface_group, &[]);
-        self.dispatch(&mut pass, &self.join, self.sizes.seams);
+        self.dispatch(&mut pass, &self.join, self.places.sizes.seams);
     }
 
+    /// Waits for the frame.
     fn collect(&self, output: &mut FrameOutput<f32>) -> Result<()> {
         let scene = &*self.scene;
-        let (points, knots) = (self.points.size() as usize, self.knots.size() as usize);
+        let sizes =
+            [&self.buffers.points, &self.buffers.knots, &self.buffers.results].map(|b| b.size() as usize);
+        let chooses = self.chooses();
+        let mut without_yarn = 0;
         self.readback.wait(&self.device, |bytes| {
-            let (point_bytes, rest) = bytes.split_at(points);
-            let (knot_bytes, result_bytes) = rest.split_at(knots);
-            let count = scene.yarns.point_count();
-            output.points.clear();
-            output.points.extend(vectors(bytemuck::cast_slice(point_bytes)).take(count));
-            let words: &[KnotWords] = bytemuck::cast_slice(&knot_bytes[..12 * scene.knot_count]);
+            let (points, rest) = bytes.split_at(sizes[0]);
+            let (knots, rest) = rest.split_at(sizes[1]);
+            let (results, counts) = rest.split_at(sizes[2]);
+            take_points(points, scene, output);
+            let words: &[KnotWords] = bytemuck::cast_slice(&knots[..12 * scene.knot_count]);
             output.knots.clear();
             output.knots.extend(
                 words.iter().map(|k| KnotState { direction: V2::new(k.u, k.v), half_length: k.half_length }),
             );
-            let words: &[ResultWords] = bytemuck::cast_slice(&result_bytes[..12 * scene.face_count]);
+            let words: &[ResultWords] = bytemuck::cast_slice(&results[..12 * scene.face_count]);
             output.faces.clear();
             output.faces.extend(words.iter().map(|r| FaceResult {
                 energy_start: r.energy_start,
                 energy: r.energy,
                 status: Status::ALL[r.status as usize % Status::ALL.len()],
             }));
+            let counts: &[u32] = bytemuck::cast_slice(&counts[..4 * SKIP_COUNTS]);
+            output.skipped = skipped(counts);
         })?;
         for (batch, kernel) in scene.batches.iter().zip(&self.kernels) {
             if kernel.stencil.points.is_empty() {
                 output.faces[batch.first_face..][..batch.faces.len()].fill(unsolved());
+                without_yarn += batch.faces.len();
             }
         }
+        if chooses {
+            output.skipped.without_knots += without_yarn;
+        } else {
+            let solved = scene.batches.iter().zip(&self.kernels).filter(|(_, k)| k.solves());
+            let without_knots = scene.face_count - solved.map(|(b, _)| b.faces.len()).sum::<usize>();
+            output.skipped = Skipped { without_knots, ..Skipped::default() };
+        }
         Ok(())
+    }
+
+    /// Turns the points along.
+    fn turn(&self, motion: &Motion, output: &mut FrameOutput<f32>) -> Result<()> {
+        let turn = Turn(motion.columns(output.origin, output.gauge).map(|c: V3<f32>| [c.x, c.y, c.z, 0.0]));
+        self.device.queue.write_buffer(&self.buffers.turn, 0, bytemuck::bytes_of(&turn));
+        let mut encoder = self.device.device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_bind_group(0, &self.surface_group, &[]);
+        let sizes = &self.places.sizes;
+        self.dispatch(&mut pass, &self.carry, sizes.points + 2 * sizes.seams);
+        drop(pass);
+        self.readback.copy(&mut encoder, &[(&self.buffers.points, None)]);
+        self.device.queue.submit([encoder.finish()]);
+        let bytes = self.buffers.points.size() as usize;
+        self.readback.wait(&self.device, |all| take_points(&all[..bytes], &self.scene, output))?;
+        output.skipped = Skipped::turned(&self.scene, &self.kernels);
+        self.device.check()
     }
 }
 
 impl Backend<f32> for GpuBackend {
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<f32>) -> Result<()> {
         let continued = self.stamp != 0 && output.stamp == self.stamp;
-        let may_stay = continued && self.start != Start::Previous && self.running.skip.unmoved;
-        let stays = Skipped { unmoved: self.scene.face_count, ..Skipped::default() };
+        let known = continued && !self.sight.anew && self.start != Start::Previous;
+        let may_stay = known && self.running.skip.unmoved;
+        let hidden = output.skipped.hidden;
+        let stays =
+            Skipped { hidden, unmoved: self.scene.face_count.saturating_sub(hidden), ..Skipped::default() };
         if may_stay && self.surface.rests(positions) {
             output.skipped = stays;
             return Ok(());
         }
+        let motion = if known && self.sight.faces.is_none() {
+            self.surface.motion(&self.scene, &self.running.skip, positions, self.turned)
+        } else {
+            None
+        };
         if !self.surface.take(&self.scene, positions)? && may_stay {
             output.skipped = stays;
             return Ok(());
         }
-        let given = self.give(output, continued);
-        self.tell(given, continued);
-        let queue = &self.device.queue;
-        queue.write_buffer(&self.surface_buffer, 0, bytemuck::cast_slice(floats(&self.surface.local)));
+        self.turned = if motion.is_some() { self.turned + 1 } else { 0 };
+        if let Some(motion) = motion {
+            return self.turn(&motion, output);
+        }
+        self.send(output, continued);
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.encode(&mut encoder);
-        self.readback.copy(&mut encoder, &[&self.points, &self.knots, &self.results]);
-        queue.submit([encoder.finish()]);
+        let Buffers { points, knots, results, lists, .. } = &self.buffers;
+        let counts = (lists, Some(4 * SKIP_COUNTS as u64));
+        self.readback.copy(&mut encoder, &[(points, None), (knots, None), (results, None), counts]);
+        self.device.queue.submit([encoder.finish()]);
         self.collect(output)?;
         self.device.check()?;
         output.origin = self.surface.origin();
         output.gauge = self.scene.gauge;
-        let solved = self.scene.batches.iter().zip(&self.kernels).filter(|(_, k)| k.solves());
-        let without_knots = self.scene.face_count - solved.map(|(b, _)| b.faces.len()).sum::<usize>();
-        output.skipped = Skipped { without_knots, ..Skipped::default() };
+        self.sight.anew = false;
         self.stamp = super::STAMPS.fetch_add(1, Relaxed);
         (output.stamp, output.backend) = (self.stamp, self.name);
         Ok(())
     }
+
+    fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()> {
+        self.sight.set(&self.scene, visible)
+    }
+
+    fn tables(&self) -> &Tables {
+        &self.tables
+    }
+
+    fn lose(&mut self) {
+        self.device.device.destroy();
+    }
+}
+
+/// What was skipped, as `shaders/select.wgsl` counts it.
+fn skipped(counts: &[u32]) -> Skipped {
+    let count = |i: usize| counts[i] as usize;
+    Skipped {
+        hidden: count(0),
+        unmoved: count(1),
+        without_knots: count(2),
+        rigid: count(3),
+        rest: count(4),
+        shared: count(5),
+    }
+}
+
+fn take_points(bytes: &[u8], scene: &Scene, output: &mut FrameOutput<f32>) {
+    output.points.clear();
+    output.points.extend(vectors(bytemuck::cast_slice(bytes)).take(scene.yarns.point_count()));
 }
 
 fn knot_words(knot: KnotState<f32>) -> KnotWords {
     KnotWords { u: knot.direction.u, v: knot.direction.v, half_length: knot.half_length }
+}
+
+/// Flags, 32 a word.
+fn bits(flags: &[bool]) -> Vec<u32> {
+    let word = |flags: &[bool]| flags.iter().enumerate().map(|(i, flag)| u32::from(*flag) << i).sum();
+    flags.chunks(32).map(word).collect()
 }
 
 /// Vectors as the floats that they are.
@@ -404,79 +521,4 @@ fn floats(vectors: &[V3<f32>]) -> &[f32] {
 
 fn vectors(words: &[f32]) -> impl Iterator<Item = V3<f32>> {
     words.chunks_exact(3).map(|p| V3::new(p[0], p[1], p[2]))
-}
-
-/// What a shader does with a buffer.
-#[derive(Clone, Copy)]
-enum Kind {
-    Uniform,
-    Read,
-    Write,
-}
-
-fn bind_group_layout(device: &Device, name: &str, kinds: &[Kind]) -> wgpu::BindGroupLayout {
-    let entry = |(binding, kind): (usize, &Kind)| wgpu::BindGroupLayoutEntry {
-        binding: binding as u32,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer {
-            ty: match kind {
-                Kind::Uniform => wgpu::BufferBindingType::Uniform,
-                Kind::Read => wgpu::BufferBindingType::Storage { read_only: true },
-                Kind::Write => wgpu::BufferBindingType::Storage { read_only: false },
-            },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        count: None,
-    };
-    let entries: Vec<_> = kinds.iter().enumerate().map(entry).collect();
-    device
-        .device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries: &entries })
-}
-
-fn bind_group(
-    device: &Device,
-    name: &str,
-    layout: &wgpu::BindGroupLayout,
-    buffers: &[&wgpu::Buffer],
-) -> wgpu::BindGroup {
-    let resources = buffers.iter().enumerate().map(|(i, b)| (i as u32, b.as_entire_binding()));
-    let entries: Vec<_> =
-        resources.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-    device.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some(name),
-        layout,
-        entries: &entries,
-    })
-}
-
-/// A pipeline; what is wrong with its shader is an error here, not later.
-fn pipeline(
-    device: &Device,
-    layout: &wgpu::BindGroupLayout,
-    module: &wgpu::ShaderModule,
-    entry: &str,
-) -> Result<wgpu::ComputePipeline> {
-    let layout = device.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(entry),
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
-    let scope = device.device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let pipeline = device.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(entry),
-        layout: Some(&layout),
-        module,
-        entry_point: Some(entry),
-        compilation_options: wgpu::PipelineCompilationOptions {
-            zero_initialize_workgroup_memory: false,
-            ..Default::default()
-        },
-        cache: None,
-    });
-    match pollster::block_on(scope.pop()) {
-        Some(fault) => Err(device.fault(&fault.to_string())),
-        None => Ok(pipeline),
-    }
 }

@@ -17,12 +17,13 @@ impl Readback {
         Self(maker.readback("results of a frame", bytes))
     }
 
-    /// Copies buffers into it, one after the other.
-    pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, buffers: &[&wgpu::Buffer]) {
+    /// Copies buffers, or so many bytes of them, into it, one after the other.
+    pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, buffers: &[(&wgpu::Buffer, Option<u64>)]) {
         let mut at = 0;
-        for buffer in buffers {
-            encoder.copy_buffer_to_buffer(buffer, 0, &self.0, at, None);
-            at += buffer.size();
+        for (buffer, bytes) in buffers {
+            let bytes = bytes.unwrap_or(buffer.size());
+            encoder.copy_buffer_to_buffer(buffer, 0, &self.0, at, bytes);
+            at += bytes;
         }
     }
 
@@ -51,7 +52,7 @@ impl Readback {
 pub(super) fn read(device: &Device, buffer: &wgpu::Buffer) -> Result<Vec<f32>> {
     let back = Readback::new(&Maker(device), buffer.size());
     let mut encoder = device.device.create_command_encoder(&Default::default());
-    back.copy(&mut encoder, &[buffer]);
+    back.copy(&mut encoder, &[(buffer, None)]);
     device.queue.submit([encoder.finish()]);
     let mut floats = Vec::new();
     back.wait(device, |bytes| floats.extend_from_slice(bytemuck::cast_slice(bytes)))?;

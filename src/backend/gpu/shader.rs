@@ -14,9 +14,26 @@ macro_rules! files {
 }
 
 /// The shaders' files, by stem.
-const FILES: [(&str, &str); 16] = files!(
-    "vector", "stencil", "settings", "frame", "start", "table", "no_table", "energy", "sums", "factor",
-    "solve", "lift", "trace", "no_trace", "stitch", "surface",
+const FILES: [(&str, &str); 19] = files!(
+    "vector",
+    "stencil",
+    "settings",
+    "frame",
+    "start",
+    "table",
+    "no_table",
+    "energy",
+    "sums",
+    "factor",
+    "solve",
+    "lift",
+    "trace",
+    "no_trace",
+    "load",
+    "stitch",
+    "select",
+    "arguments",
+    "surface",
 );
 
 fn file(stem: &str) -> &'static str {
@@ -34,11 +51,25 @@ pub fn stitch(variant: &Variant, size: u32) -> String {
     let trace = if variant.trace.is_some() { "trace" } else { "no_trace" };
     for stem in [
         "vector", "stencil", "settings", "frame", "start", table, "lift", "energy", "sums", "factor", trace,
-        "solve", "stitch",
+        "solve", "load", "stitch",
     ] {
         text += file(stem);
     }
     text
+}
+
+/// The shader that chooses which stitches need work.
+pub fn select(variant: &Variant, size: u32) -> String {
+    let mut text = workgroup(size) + &layout::constants(variant);
+    for stem in ["vector", "stencil", "settings", "frame", "load", "select"] {
+        text += file(stem);
+    }
+    text
+}
+
+/// The shader that turns counts into dispatches.
+pub fn arguments(size: u32) -> String {
+    workgroup(size) + file("arguments")
 }
 
 /// The shader of surfaces and seams.

@@ -1,0 +1,186 @@
+//! Which device frames are solved on, and what becomes of them when it fails.
+
+use super::{Backend, CpuBackend, FrameOutput, Precision, Running, Tables};
+use crate::Result;
+use crate::knot::Settings;
+use crate::scene::Scene;
+use glam::DVec3;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A kind of device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DeviceKind {
+    /// A GPU where there is one of hardware, else the CPU; the CPU also where the GPU fails.
+    #[default]
+    Auto,
+    /// The best GPU adapter, be it software.
+    Gpu,
+    /// The CPU.
+    Cpu,
+}
+
+/// Everything that a backend is made from.
+#[derive(Clone, Debug)]
+pub struct Recipe {
+    /// What is solved.
+    pub scene: Arc<Scene>,
+    /// How.
+    pub settings: Settings,
+    /// How the work is gone about.
+    pub running: Running,
+    /// Where tables are kept.
+    pub cache: Option<PathBuf>,
+    /// Part of the name of the GPU adapter to take.
+    pub adapter: Option<String>,
+}
+
+impl Recipe {
+    /// A backend on the CPU.
+    ///
+    /// # Errors
+    /// Settings out of range; threads that cannot be started.
+    pub fn cpu<T: Precision>(&self) -> Result<CpuBackend<T>> {
+        CpuBackend::with_cache(self.scene.clone(), &self.settings, &self.running, self.cache.as_deref())
+    }
+}
+
+/// A backend on a GPU, and what adapter it is on.
+pub struct OnGpu<T: Precision> {
+    /// The backend.
+    pub backend: Box<dyn Backend<T>>,
+    /// The adapter's name.
+    pub adapter: String,
+    /// Whether that is a program on the CPU.
+    pub software: bool,
+}
+
+/// A backend on f32 scenes' best device: a GPU of hardware, or of any kind if `software` too; `None` for want of one.
+#[cfg(feature = "gpu")]
+pub(super) fn gpu(recipe: &Recipe, software: bool) -> Result<Option<OnGpu<f32>>> {
+    use super::gpu::{Adapter, GpuBackend, GpuOptions};
+    let adapter = match Adapter::choose(recipe.adapter.as_deref()) {
+        Ok(adapter) => adapter,
+        Err(e) if software || recipe.adapter.is_some() => return Err(e),
+        Err(_) => return Ok(None),
+    };
+    let report = adapter.report();
+    if report.is_software() && !software && recipe.adapter.is_none() {
+        return Ok(None);
+    }
+    let Recipe { scene, settings, running, cache, .. } = recipe;
+    let backend = GpuBackend::new(
+        scene.clone(),
+        settings,
+        running,
+        &GpuOptions::default(),
+        &adapter,
+        cache.as_deref(),
+    )?;
+    Ok(Some(OnGpu {
+        backend: Box::new(backend),
+        adapter: report.to_string(),
+        software: report.is_software(),
+    }))
+}
+
+/// The same, in a build that has no GPU backend.
+#[cfg(not(feature = "gpu"))]
+pub(super) fn gpu(_: &Recipe, software: bool) -> Result<Option<OnGpu<f32>>> {
+    if software {
+        Err(crate::Error::invalid("this build has no GPU backend: expected --device cpu"))
+    } else {
+        Ok(None)
+    }
+}
+
+/// A backend on the device that was chosen. With [`DeviceKind::Auto`], frames go on on the CPU where the GPU fails.
+pub struct DeviceBackend<T: Precision> {
+    gpu: Option<OnGpu<T>>,
+    cpu: Option<CpuBackend<T>>,
+    recipe: Recipe,
+    kind: DeviceKind,
+    visible: Option<Vec<bool>>,
+    notes: Vec<String>,
+}
+
+impl<T: Precision> DeviceBackend<T> {
+    /// A backend for a recipe.
+    ///
+    /// # Errors
+    /// Settings out of range; with [`DeviceKind::Gpu`], or an adapter's name, no such adapter, or one that fails or
+    /// lacks room.
+    pub fn new(recipe: Recipe, kind: DeviceKind) -> Result<Self> {
+        super::check(&recipe.settings, &recipe.running)?;
+        let mut made = Self { gpu: None, cpu: None, recipe, kind, visible: None, notes: Vec::new() };
+        match kind {
+            DeviceKind::Cpu => {}
+            DeviceKind::Gpu => made.gpu = T::gpu(&made.recipe, true)?,
+            DeviceKind::Auto => match T::gpu(&made.recipe, false) {
+                Ok(gpu) => made.gpu = gpu,
+                Err(e) if made.recipe.adapter.is_some() => return Err(e),
+                Err(e) => made.notes.push(format!("{e}; solving on the CPU")),
+            },
+        }
+        match &made.gpu {
+            Some(gpu) if gpu.software => {
+                made.notes.push(format!("{}: a software adapter, slower than --device cpu", gpu.adapter));
+            }
+            Some(_) => {}
+            None => made.cpu = Some(made.recipe.cpu()?),
+        }
+        Ok(made)
+    }
+
+    /// The adapter that frames are solved on; `None` for the CPU.
+    pub fn adapter(&self) -> Option<&str> {
+        self.gpu.as_ref().map(|g| &*g.adapter)
+    }
+
+    /// What is worth a warning since this was last asked.
+    pub fn notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
+    }
+
+    /// The backend at work.
+    fn backend(&mut self) -> &mut dyn Backend<T> {
+        match &mut self.gpu {
+            Some(gpu) => &mut *gpu.backend,
+            None => self.cpu.as_mut().expect("there is one or the other"),
+        }
+    }
+}
+
+impl<T: Precision> Backend<T> for DeviceBackend<T> {
+    fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()> {
+        let fault = match self.backend().frame(positions, output) {
+            Err(e) if self.gpu.is_some() && self.kind == DeviceKind::Auto => e,
+            result => return result,
+        };
+        let mut cpu = self.recipe.cpu()?;
+        cpu.take_over(output);
+        cpu.set_visible(self.visible.as_deref())?;
+        // Where the frame itself is at fault, the CPU says so too.
+        cpu.frame(positions, output)?;
+        self.notes.push(format!("{fault}; going on on the CPU"));
+        (self.gpu, self.cpu) = (None, Some(cpu));
+        Ok(())
+    }
+
+    fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()> {
+        self.backend().set_visible(visible)?;
+        self.visible = visible.map(<[bool]>::to_vec);
+        Ok(())
+    }
+
+    fn tables(&self) -> &Tables {
+        match (&self.gpu, &self.cpu) {
+            (Some(gpu), _) => gpu.backend.tables(),
+            (None, cpu) => cpu.as_ref().expect("there is one or the other").tables(),
+        }
+    }
+
+    fn lose(&mut self) {
+        self.backend().lose();
+    }
+}

@@ -1,0 +1,133 @@
+//! What the GPU leaves undone: the same as its f32 twin does, frame by frame, to the bit.
+#![cfg(feature = "gpu")]
+
+mod common;
+
+use common::grid::{Wrap, grid};
+use glam::{DMat3, DVec3};
+use knotmesh::backend::gpu::{GpuBackend, GpuOptions};
+use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, Skipped};
+use knotmesh::io::smobj;
+use knotmesh::knot::{Settings, Start};
+use knotmesh::mesh::StitchMesh;
+use knotmesh::scene::{Scene, SceneOptions};
+use knotmesh::template::TemplateLibrary;
+use std::path::Path;
+use std::sync::Arc;
+
+const FRAMES: usize = 8;
+
+fn swatch() -> StitchMesh {
+    grid(14, 10, Wrap::Flat, true, |_, _| "knit+ -lX +yX +lX -yX".into())
+}
+
+fn lace() -> StitchMesh {
+    smobj::read_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("stitches/lace.smobj")).expect("it reads")
+}
+
+/// Frame 0 is the mesh as it stands.
+fn moved(mesh: &StitchMesh, motion: &str, frame: usize) -> Vec<DVec3> {
+    let t = frame as f64 / (FRAMES - 1) as f64;
+    let middle = mesh.positions.iter().map(|p| p.x).sum::<f64>() / mesh.positions.len() as f64;
+    let turn = DMat3::from_rotation_y(1.2 * t) * DMat3::from_rotation_z(t);
+    let place = |(i, p): (usize, &DVec3)| match motion {
+        "still" => *p,
+        "rigid" => turn * *p + DVec3::new(3.0, 0.0, 1.0) * t,
+        // The right half turns as a whole; what lies between is stretched.
+        "part" if p.x > middle => DMat3::from_rotation_x(0.4 * t) * *p,
+        "stretch" => *p * DVec3::new(1.0 + 0.2 * t, 1.0 - 0.1 * t, 1.0),
+        "noise" => {
+            let mut random = common::Random::new((frame * 100_000 + i) as u64);
+            *p + DVec3::new(
+                random.between(-0.05, 0.05),
+                random.between(-0.05, 0.05),
+                random.between(-0.05, 0.05),
+            )
+        }
+        // One vertex is lost in the middle of it.
+        "lost" if i == 30 && (3..5).contains(&frame) => DVec3::NAN,
+        "lost" => *p * (1.0 + 0.01 * t),
+        _ => *p,
+    };
+    mesh.positions.iter().enumerate().map(place).collect()
+}
+
+fn bits(output: &FrameOutput<f32>) -> Vec<u32> {
+    // 0 and -0 are the same.
+    let word = |x: f32| (x + 0.0).to_bits();
+    let mut all: Vec<u32> = output.points.iter().flat_map(|p| [p.x, p.y, p.z]).map(word).collect();
+    all.extend(output.knots.iter().flat_map(|k| [k.direction.u, k.direction.v, k.half_length]).map(word));
+    all.extend(output.faces.iter().flat_map(|f| [word(f.energy_start), word(f.energy), f.status as u32]));
+    all
+}
+
+fn compare(mesh: &StitchMesh, start: Start, skip: Skip, motions: &[&str], hide: bool) {
+    let Some(adapter) = common::gpu::adapter() else { return };
+    let scene =
+        Arc::new(Scene::compile(mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap());
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("skip-tables");
+    let settings = Settings { start, ..Settings::default() };
+    let running = Running { threads: 1, skip, ..Running::default() };
+    let mut cpu = CpuBackend::<f32>::with_cache(scene.clone(), &settings, &running, Some(&cache)).unwrap();
+    let options = GpuOptions::default();
+    let mut gpu =
+        GpuBackend::new(scene.clone(), &settings, &running, &options, &adapter, Some(&cache)).unwrap();
+    let [mut a, mut b] = [FrameOutput::default(), FrameOutput::default()];
+    let mut all = Skipped::default();
+    for motion in motions {
+        for frame in 0..FRAMES {
+            if hide {
+                // A window of faces that wanders.
+                let seen: Vec<bool> =
+                    (0..mesh.face_count()).map(|f| (f + 17 * frame) % mesh.face_count() < 60).collect();
+                let seen = (frame != 5).then_some(&seen[..]);
+                cpu.set_visible(seen).unwrap();
+                gpu.set_visible(seen).unwrap();
+            }
+            let positions = moved(mesh, motion, frame);
+            cpu.frame(&positions, &mut a).unwrap();
+            gpu.frame(&positions, &mut b).unwrap();
+            assert_eq!(a.skipped, b.skipped, "{start:?} {motion} frame {frame}");
+            if gpu.is_exact() {
+                let off = bits(&a).iter().zip(&bits(&b)).filter(|(x, y)| x != y).count();
+                assert_eq!(off, 0, "{start:?} {motion} frame {frame}: numbers that differ");
+            }
+            all = all + b.skipped;
+        }
+    }
+    println!("{start:?}: {all:?}");
+}
+
+const MOTIONS: [&str; 6] = ["still", "rigid", "part", "stretch", "noise", "lost"];
+
+#[test]
+fn a_swatch_from_the_table() {
+    compare(&swatch(), Start::Table, Skip::default(), &MOTIONS, false);
+}
+
+#[test]
+fn lace_from_the_affine_start() {
+    compare(&lace(), Start::Affine, Skip::default(), &MOTIONS, false);
+}
+
+#[test]
+fn lace_from_the_frame_before() {
+    compare(&lace(), Start::Previous, Skip::default(), &MOTIONS, false);
+}
+
+#[test]
+fn each_skip_alone() {
+    let one =
+        |i: usize| Skip { unmoved: i == 0, rigid: i == 1, rest: i == 2, shared: i == 3, ..Skip::default() };
+    for i in 0..4 {
+        compare(&swatch(), Start::Affine, one(i), &["part", "stretch"], false);
+    }
+}
+
+#[test]
+fn hidden_faces() {
+    for start in [Start::Table, Start::Previous] {
+        compare(&lace(), start, Skip::default(), &["part", "noise"], true);
+    }
+    compare(&lace(), Start::Affine, Skip::NOTHING, &["noise"], true);
+}
