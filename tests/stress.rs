@@ -5,6 +5,7 @@
 //! raised to 1e-4 (3 % fall back without cause). Not seen, for no face of it ends so: the check of a solve's end
 //! for finite numbers left out (`tests/invariants/finite.rs` has a case).
 
+use knotmesh::backend::DeviceKind;
 use knotmesh::knot::{KnotState, Status};
 use knotmesh::math::{Scalar, V3};
 use knotmesh::measure::stress::checks::{Check, Record, same};
@@ -13,6 +14,8 @@ use knotmesh::measure::stress::shapes::Kind;
 use knotmesh::measure::stress::tally::Report;
 use knotmesh::measure::stress::{Length, Options, panics, run, run_one};
 use knotmesh::template::TemplateLibrary;
+
+const HERE: (usize, DeviceKind) = (2, DeviceKind::Cpu);
 
 #[test]
 fn a_short_run_holds() {
@@ -43,9 +46,9 @@ fn a_face_alone_is_what_it_is_in_the_run() {
     let library = TemplateLibrary::embedded();
     for number in 0..9 {
         let plan = || Plan::new(&library, 5, number);
-        let mut whole = Round::new(plan(), 0..FACES, 2).expect("compiles");
+        let mut whole = Round::new(plan(), 0..FACES, HERE).expect("compiles");
         let slots = [0, 255, 256, 900, 1000 + number, FACES - 1];
-        let mut alone = slots.map(|slot| Round::new(plan(), slot..slot + 1, 2).expect("compiles"));
+        let mut alone = slots.map(|slot| Round::new(plan(), slot..slot + 1, HERE).expect("compiles"));
         for frame in 0..FRAMES {
             whole.frame(frame).expect("runs");
             for (slot, alone) in slots.into_iter().zip(&mut alone) {
@@ -112,7 +115,7 @@ fn failed(plan: &Plan, face: &Face) -> Vec<Check> {
 fn doctored_results_are_found() {
     let library = TemplateLibrary::embedded();
     // The first round is safeguarded, from the affine start.
-    let mut round = Round::new(Plan::new(&library, 1, 0), 0..FACES, 2).expect("compiles");
+    let mut round = Round::new(Plan::new(&library, 1, 0), 0..FACES, HERE).expect("compiles");
     round.frame(0).expect("runs");
     let plan = &round.plan;
     let faces: Vec<Face> = round.faces(0).collect();

@@ -124,8 +124,14 @@ impl<T: Precision> CpuBackend<T> {
 
     /// Goes on where another backend of the same scene and settings left off: its last frame counts as this one's.
     pub(super) fn take_over(&mut self, output: &FrameOutput<T>) {
-        if output.stamp != 0 {
-            (self.name, self.stamp) = (output.backend, output.stamp);
+        if output.stamp == 0 {
+            return;
+        }
+        (self.name, self.stamp) = (output.backend, output.stamp);
+        self.surface.set_origin(output.origin);
+        // What hidden faces say of shared points is not known: as much as both together did.
+        for (sides, point) in self.sides.chunks_exact_mut(2).zip(&self.scene.yarns.seams) {
+            sides.fill(output.points[*point as usize]);
         }
     }
 

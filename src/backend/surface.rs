@@ -43,6 +43,11 @@ impl<T: Scalar> Surface<T> {
         self.origin.unwrap_or(DVec3::ZERO)
     }
 
+    /// Sets what places are relative to, before the first frame.
+    pub fn set_origin(&mut self, origin: DVec3) {
+        self.origin = Some(origin);
+    }
+
     /// Whether nothing moves in a frame after one in which nothing moved: the cheapest way to know.
     pub fn rests(&self, positions: &[DVec3]) -> bool {
         let bits = bytemuck::cast_slice::<DVec3, u64>;

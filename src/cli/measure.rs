@@ -1,5 +1,6 @@
 //! `knotmesh measure`: run time against error.
 
+use super::device::DeviceName;
 use super::inputs::{self, Rename};
 use super::progress::Progress;
 use super::relax::CoordinatesName;
@@ -9,7 +10,7 @@ use knotmesh::io::output::Output;
 use knotmesh::knot::Settings;
 use knotmesh::measure::tradeoff::machine::{machine, today};
 use knotmesh::measure::tradeoff::poses::{Pose, standard};
-use knotmesh::measure::tradeoff::variants::{Variant, variants};
+use knotmesh::measure::tradeoff::variants::{Variant, gpu_variants, variants};
 use knotmesh::measure::tradeoff::{self, Job, Tradeoff, plot, table};
 use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::SceneOptions;
@@ -61,6 +62,9 @@ pub struct Arguments {
     /// Timed passes over the frames, of which medians are taken; slow variants make fewer.
     #[arg(long, default_value_t = 7)]
     repeats: usize,
+    /// gpu measures the best GPU adapter as well, auto does if it is hardware.
+    #[arg(long, value_enum, default_value = "auto")]
+    device: DeviceName,
     /// Fewer numbers of steps.
     #[arg(long)]
     quick: bool,
@@ -123,6 +127,9 @@ fn chosen(arguments: &Arguments) -> Result<Vec<Variant>> {
         ..Settings::default()
     };
     let mut variants = variants(&base, arguments.threads, arguments.quick);
+    if has_gpu(arguments.device)? {
+        variants.extend(gpu_variants(&base));
+    }
     let wanted = |v: &Variant| arguments.only.is_empty() || arguments.only.iter().any(|t| v.name.contains(t));
     variants.retain(wanted);
     if variants.is_empty() {
@@ -132,6 +139,25 @@ fn chosen(arguments: &Arguments) -> Result<Vec<Variant>> {
         )));
     }
     Ok(variants)
+}
+
+/// Whether a GPU is measured as well.
+#[cfg(feature = "gpu")]
+fn has_gpu(device: DeviceName) -> Result<bool> {
+    use knotmesh::backend::gpu::Adapter;
+    match device {
+        DeviceName::Cpu => Ok(false),
+        DeviceName::Gpu => Adapter::choose(None).map(|_| true),
+        DeviceName::Auto => Ok(Adapter::choose(None).is_ok_and(|a| !a.report().is_software())),
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn has_gpu(device: DeviceName) -> Result<bool> {
+    if device == DeviceName::Gpu {
+        return Err(Error::invalid("this build has no GPU backend: expected --device cpu"));
+    }
+    Ok(false)
 }
 
 /// The frames: those given, or the mesh under standard deformations.

@@ -1,5 +1,6 @@
 //! `knotmesh stress`: random faces far beyond what cloth does, and what must hold of each.
 
+use super::device::DeviceName;
 use super::{Console, Ending, print};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use knotmesh::knot::Status;
@@ -32,6 +33,10 @@ pub struct Arguments {
     /// Threads that must give the same bytes as one; 0 takes one per core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
+    /// Where that run of several threads is made in f32: on a GPU, the bytes are the same where its driver leaves sums,
+    /// quotients and roots as they are.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: DeviceName,
 }
 
 /// Runs faces and prints what was found.
@@ -43,7 +48,8 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         Some(seconds) => Length::Time(Duration::from_secs_f64(seconds)),
         None => Length::Count(arguments.count.unwrap_or(FACES)),
     };
-    let options = Options { seed: arguments.seed, length, threads: arguments.threads };
+    let options =
+        Options { seed: arguments.seed, length, threads: arguments.threads, device: arguments.device.into() };
     let report = match arguments.only {
         Some(number) => run_one(&options, number)?,
         None => {

@@ -12,6 +12,7 @@ pub mod tally;
 pub mod variants;
 
 use crate::Result;
+use crate::backend::DeviceKind;
 use crate::template::TemplateLibrary;
 use checks::Check;
 use round::{FACES, FRAMES, Place, Plan, Round};
@@ -37,11 +38,13 @@ pub struct Options {
     pub length: Length,
     /// N of 'the same bytes at 1 and N threads'; 0 takes one per core, but 2 at least.
     pub threads: usize,
+    /// Where the f32 backend of those N threads runs: it may be a GPU.
+    pub device: DeviceKind,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 1, length: Length::Count(100_000), threads: 0 }
+        Self { seed: 1, length: Length::Count(100_000), threads: 0, device: DeviceKind::Cpu }
     }
 }
 
@@ -72,7 +75,7 @@ pub fn run(options: &Options, mut progress: impl FnMut(u64)) -> Result<Report> {
             break;
         }
         let plan = Plan::new(&library, options.seed, first / (FACES * FRAMES));
-        let mut round = Round::new(plan, 0..FACES, options.threads())?;
+        let mut round = Round::new(plan, 0..FACES, (options.threads(), options.device))?;
         for frame in 0..FRAMES {
             let begin = first + frame * FACES;
             if begin >= until {
@@ -108,7 +111,7 @@ pub fn run_one(options: &Options, number: u64) -> Result<Report> {
 
 fn one(library: &TemplateLibrary, options: &Options, place: Place, report: &mut Report) -> Result<()> {
     let plan = Plan::new(library, options.seed, place.round);
-    let mut round = Round::new(plan, place.slot..place.slot + 1, options.threads())?;
+    let mut round = Round::new(plan, place.slot..place.slot + 1, (options.threads(), options.device))?;
     for frame in 0..=place.frame {
         if let Some(words) = panics(|| round.frame(frame))? {
             report.check(Check::Panic, place.number(), || Some(words));

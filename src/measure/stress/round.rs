@@ -4,7 +4,9 @@ use super::checks::Record;
 use super::shapes::{Kind, random, shape};
 use super::variants::{Variant, variants};
 use crate::Result;
-use crate::backend::{Backend, CpuBackend, FrameOutput, Precision, Running, Skip, table_cache};
+use crate::backend::{
+    Backend, DeviceBackend, DeviceKind, FrameOutput, Precision, Recipe, Running, Skip, table_cache,
+};
 use crate::ids::{FaceId, TypeId, VertexId};
 use crate::knot::{KnotState, Settings, Solver, Start};
 use crate::math::{V2, Width};
@@ -117,14 +119,15 @@ impl<'a> Plan<'a> {
 
 /// A backend and what it last gave.
 struct Runner<T: Precision> {
-    backend: CpuBackend<T>,
+    backend: DeviceBackend<T>,
     output: FrameOutput<T>,
 }
 
 impl<T: Precision> Runner<T> {
-    fn new(scene: &Arc<Scene>, settings: &Settings, running: &Running) -> Result<Self> {
-        let mut backend =
-            CpuBackend::with_cache(scene.clone(), settings, running, table_cache::folder().as_deref())?;
+    fn new(scene: &Arc<Scene>, settings: &Settings, running: &Running, device: DeviceKind) -> Result<Self> {
+        let (kept, cache) = (scene.clone(), table_cache::folder());
+        let recipe = Recipe { scene: kept, settings: *settings, running: *running, cache, adapter: None };
+        let mut backend = DeviceBackend::new(recipe, device)?;
         let mut output = FrameOutput::default();
         // A first frame of one point sets the origin to 0, whatever the faces: a face alone has the same.
         backend.frame(&vec![DVec3::ZERO; scene.vertex_count], &mut output)?;
@@ -149,12 +152,13 @@ struct Side<T: Precision> {
 }
 
 impl<T: Precision> Side<T> {
-    fn new(scene: &Arc<Scene>, settings: &Settings, threads: usize) -> Result<Self> {
-        let runner = |threads, width| Runner::new(scene, settings, &running(threads, width));
+    fn new(scene: &Arc<Scene>, settings: &Settings, threads: usize, device: DeviceKind) -> Result<Self> {
+        let on = |threads, width, device| Runner::new(scene, settings, &running(threads, width), device);
+        let runner = |threads, width| on(threads, width, DeviceKind::Cpu);
         // One stitch at a time on one thread, and side by side on several: the same bytes.
         Ok(Self {
             alone: runner(1, Width::One)?,
-            threaded: runner(threads, Width::Auto)?,
+            threaded: on(threads, Width::Auto, device)?,
             spared: runner(1, Width::Eight)?,
         })
     }
@@ -219,11 +223,11 @@ pub struct Round<'a> {
 }
 
 impl<'a> Round<'a> {
-    /// Compiles the round's mesh; `slots` picks its faces, `threads` are N.
+    /// Compiles the round's mesh; `slots` picks its faces, `threads` are N, and where they run in f32.
     ///
     /// # Errors
     /// None for the embedded library.
-    pub fn new(plan: Plan<'a>, slots: Range<u64>, threads: usize) -> Result<Self> {
+    pub fn new(plan: Plan<'a>, slots: Range<u64>, (threads, device): (usize, DeviceKind)) -> Result<Self> {
         let mesh = mesh(&plan, slots.clone());
         let options = SceneOptions { gauge: Some(plan.gauge), ..SceneOptions::default() };
         let scene = Arc::new(Scene::compile(&mesh, plan.library, options)?);
@@ -243,9 +247,9 @@ impl<'a> Round<'a> {
         let judge =
             Settings { iterations: 0, start: Start::Previous, solver: Solver::Safeguarded, ..*settings };
         Ok(Self {
-            single: Side::new(&scene, settings, threads)?,
-            double: Side::new(&scene, settings, threads)?,
-            judge: Runner::new(&scene, &judge, &running(1, Width::One))?,
+            single: Side::new(&scene, settings, threads, device)?,
+            double: Side::new(&scene, settings, threads, DeviceKind::Cpu)?,
+            judge: Runner::new(&scene, &judge, &running(1, Width::One), DeviceKind::Cpu)?,
             energies: [Vec::new(), Vec::new()],
             kinds: Vec::new(),
             positions: Vec::new(),

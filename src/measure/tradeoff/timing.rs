@@ -4,7 +4,7 @@ use super::baseline::Baseline;
 use super::poses::Pose;
 use super::variants::{Engine, Precision, Variant};
 use crate::Result;
-use crate::backend::{Backend, CpuBackend, FrameOutput};
+use crate::backend::{Backend, CpuBackend, DeviceBackend, DeviceKind, FrameOutput, Recipe};
 use crate::knot::{FaceResult, KnotState};
 use crate::math::{Scalar, V2, V3};
 use crate::measure::quantile;
@@ -23,7 +23,7 @@ pub(super) struct Runner {
 }
 
 enum Work {
-    F32(Box<(CpuBackend<f32>, FrameOutput<f32>)>),
+    F32(Box<dyn Backend<f32>>, Box<FrameOutput<f32>>),
     F64(Box<(CpuBackend<f64>, FrameOutput<f64>)>),
     Baseline(Box<(Baseline, FrameOutput<f64>)>),
 }
@@ -35,8 +35,13 @@ impl Runner {
             (Engine::LevenbergMarquardt { tolerance }, _) => {
                 Work::Baseline(Box::new((Baseline::new(scene, settings, tolerance), FrameOutput::default())))
             }
+            (Engine::Gpu, _) => {
+                let (settings, running) = (*settings, *running);
+                let recipe = Recipe { scene, settings, running, cache: None, adapter: None };
+                Work::F32(Box::new(DeviceBackend::new(recipe, DeviceKind::Gpu)?), Box::default())
+            }
             (Engine::Cpu, Precision::F32) => {
-                Work::F32(Box::new((CpuBackend::new(scene, settings, running)?, FrameOutput::default())))
+                Work::F32(Box::new(CpuBackend::new(scene, settings, running)?), Box::default())
             }
             (Engine::Cpu, Precision::F64) => {
                 Work::F64(Box::new((CpuBackend::new(scene, settings, running)?, FrameOutput::default())))
@@ -49,7 +54,7 @@ impl Runner {
     pub fn timed(&mut self, positions: &[DVec3]) -> Result<f64> {
         let began = Instant::now();
         match &mut self.engine {
-            Work::F32(run) => run.0.frame(positions, &mut run.1)?,
+            Work::F32(backend, output) => backend.frame(positions, output)?,
             Work::F64(run) => run.0.frame(positions, &mut run.1)?,
             Work::Baseline(run) => run.0.frame(positions, &mut run.1)?,
         }
@@ -59,7 +64,7 @@ impl Runner {
     /// The last frame.
     pub fn output(&self) -> FrameOutput<f64> {
         match &self.engine {
-            Work::F32(run) => widened(&run.1),
+            Work::F32(_, output) => widened(output),
             Work::F64(run) => run.1.clone(),
             Work::Baseline(run) => run.1.clone(),
         }

@@ -29,6 +29,8 @@ impl Precision {
 pub enum Engine {
     /// [`crate::backend::CpuBackend`].
     Cpu,
+    /// The best GPU adapter.
+    Gpu,
     /// A general-purpose solver, stitch by stitch ([`super::baseline`]), until it meets its tolerance
     /// (`ftol`, `xtol` and `gtol`; its own default, 30 times the rounding error, where not given).
     LevenbergMarquardt {
@@ -133,5 +135,35 @@ pub fn variants(base: &Settings, threads: usize, quick: bool) -> Vec<Variant> {
             ..plain.clone()
         });
     }
+    all
+}
+
+/// The variants that run on a GPU.
+pub fn gpu_variants(base: &Settings) -> Vec<Variant> {
+    let plain = Variant {
+        name: String::new(),
+        family: "GPU",
+        engine: Engine::Gpu,
+        mode: Mode::Relax,
+        precision: Precision::F32,
+        settings: *base,
+        running: Running { skip: Skip::NOTHING, energies: false, ..Running::default() },
+    };
+    let gauss_newton = Settings { solver: Solver::GaussNewton, iterations: 3, ..*base };
+    let safeguarded = Settings { solver: Solver::Safeguarded, iterations: 3, ..*base };
+    let table = |iterations| Settings { start: Start::Table, iterations, ..safeguarded };
+    let skipping = Running { skip: Skip::default(), ..plain.running };
+    let mut all: Vec<Variant> = [
+        ("embed f32 GPU", Mode::Embed, *base),
+        ("knots f32 GPU", Mode::Knots, *base),
+        ("Gauss-Newton 3 f32 GPU", Mode::Relax, gauss_newton),
+        ("safeguarded 3 f32 GPU", Mode::Relax, safeguarded),
+        ("table + 1 f32 GPU", Mode::Relax, table(1)),
+        ("table + 2 f32 GPU", Mode::Relax, table(2)),
+    ]
+    .map(|(name, mode, settings)| Variant { name: name.into(), mode, settings, ..plain.clone() })
+    .into();
+    let name = "table + 2 f32 GPU with skips".into();
+    all.push(Variant { name, settings: table(2), running: skipping, ..plain });
     all
 }
