@@ -22,7 +22,7 @@ struct Settings {
     // Whether knots hold starts, and whether those are of the frame before.
     given: u32,
     near: u32,
-    // Which faces: DIRECT, SOLVE_LIST or LIFT_LIST.
+    // Which faces: DIRECT, SOLVE_LIST, LIFT_LIST or DIRECT_LIFT.
     way: u32,
     // Where the batch's counts and entries lie in the lists.
     first_count: u32,
@@ -49,6 +49,7 @@ struct Settings {
 const DIRECT: u32 = 0u;
 const SOLVE_LIST: u32 = 1u;
 const LIFT_LIST: u32 = 2u;
+const DIRECT_LIFT: u32 = 3u;
 const UNMOVED: u32 = 1u;
 const RIGID: u32 = 2u;
 const REST: u32 = 4u;

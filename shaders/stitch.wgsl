@@ -82,7 +82,7 @@ struct Entry {
 }
 
 fn entry_of(thread: u32) -> Entry {
-    if settings.way == DIRECT {
+    if settings.way == DIRECT || settings.way == DIRECT_LIFT {
         let face = settings.begin + thread;
         return Entry(face < settings.face_count, face, false);
     }
@@ -120,7 +120,7 @@ fn stitch(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups)
     if SPACED {
         space_knots();
     }
-    let known = SOLVES && settings.way == LIFT_LIST;
+    let known = SOLVES && (settings.way == LIFT_LIST || settings.way == DIRECT_LIFT);
     var sound = frame.usable && loaded.whole;
     var outcome = Outcome(0.0, 0.0, false, false, 0u, false);
     if sound {

@@ -5,7 +5,7 @@ mod common;
 
 use common::grid::{Wrap, grid};
 use glam::{DMat3, DVec3};
-use knotmesh::backend::gpu::{GpuBackend, GpuOptions};
+use knotmesh::backend::gpu::{GpuBackend, GpuOptions, OnCpu};
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, Skipped};
 use knotmesh::io::smobj;
 use knotmesh::knot::{Settings, Start};
@@ -61,7 +61,8 @@ fn bits(output: &FrameOutput<f32>) -> Vec<u32> {
     all
 }
 
-fn compare(mesh: &StitchMesh, start: Start, skip: Skip, motions: &[&str], hide: bool) {
+/// Compares runs through motions. With `hide`, some faces are hidden; with `ahead`, frames are told ahead.
+fn compare(mesh: &StitchMesh, start: Start, skip: Skip, motions: &[&str], [hide, ahead]: [bool; 2]) {
     let Some(adapter) = common::gpu::adapter() else { return };
     let scene =
         Arc::new(Scene::compile(mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap());
@@ -74,15 +75,17 @@ fn compare(mesh: &StitchMesh, start: Start, skip: Skip, motions: &[&str], hide: 
         GpuBackend::new(scene.clone(), &settings, &running, &options, &adapter, Some(&cache)).unwrap();
     let [mut a, mut b] = [FrameOutput::default(), FrameOutput::default()];
     let mut all = Skipped::default();
+    // A window of faces that wanders.
+    let show = |frame: usize, backend: &mut dyn Backend<f32>| {
+        let seen: Vec<bool> =
+            (0..mesh.face_count()).map(|f| (f + 17 * frame) % mesh.face_count() < 60).collect();
+        backend.set_visible((hide && frame != 5).then_some(&seen[..])).unwrap();
+    };
     for motion in motions {
         for frame in 0..FRAMES {
-            if hide {
-                // A window of faces that wanders.
-                let seen: Vec<bool> =
-                    (0..mesh.face_count()).map(|f| (f + 17 * frame) % mesh.face_count() < 60).collect();
-                let seen = (frame != 5).then_some(&seen[..]);
-                cpu.set_visible(seen).unwrap();
-                gpu.set_visible(seen).unwrap();
+            show(frame, &mut cpu);
+            if !(ahead && frame > 0) {
+                show(frame, &mut gpu);
             }
             let positions = moved(mesh, motion, frame);
             cpu.frame(&positions, &mut a).unwrap();
@@ -93,6 +96,10 @@ fn compare(mesh: &StitchMesh, start: Start, skip: Skip, motions: &[&str], hide: 
                 assert_eq!(off, 0, "{start:?} {motion} frame {frame}: numbers that differ");
             }
             all = all + b.skipped;
+            if ahead && frame + 1 < FRAMES {
+                show(frame + 1, &mut gpu);
+                gpu.ahead(&moved(mesh, motion, frame + 1)).unwrap();
+            }
         }
     }
     println!("{start:?}: {all:?}");
@@ -102,17 +109,17 @@ const MOTIONS: [&str; 6] = ["still", "rigid", "part", "stretch", "noise", "lost"
 
 #[test]
 fn a_swatch_from_the_table() {
-    compare(&swatch(), Start::Table, Skip::default(), &MOTIONS, false);
+    compare(&swatch(), Start::Table, Skip::default(), &MOTIONS, [false; 2]);
 }
 
 #[test]
 fn lace_from_the_affine_start() {
-    compare(&lace(), Start::Affine, Skip::default(), &MOTIONS, false);
+    compare(&lace(), Start::Affine, Skip::default(), &MOTIONS, [false; 2]);
 }
 
 #[test]
 fn lace_from_the_frame_before() {
-    compare(&lace(), Start::Previous, Skip::default(), &MOTIONS, false);
+    compare(&lace(), Start::Previous, Skip::default(), &MOTIONS, [false; 2]);
 }
 
 #[test]
@@ -120,14 +127,72 @@ fn each_skip_alone() {
     let one =
         |i: usize| Skip { unmoved: i == 0, rigid: i == 1, rest: i == 2, shared: i == 3, ..Skip::default() };
     for i in 0..4 {
-        compare(&swatch(), Start::Affine, one(i), &["part", "stretch"], false);
+        compare(&swatch(), Start::Affine, one(i), &["part", "stretch"], [false; 2]);
     }
 }
 
 #[test]
 fn hidden_faces() {
     for start in [Start::Table, Start::Previous] {
-        compare(&lace(), start, Skip::default(), &["part", "noise"], true);
+        compare(&lace(), start, Skip::default(), &["part", "noise"], [true, false]);
     }
-    compare(&lace(), Start::Affine, Skip::NOTHING, &["noise"], true);
+    compare(&lace(), Start::Affine, Skip::NOTHING, &["noise"], [true, false]);
+}
+
+#[test]
+fn frames_told_ahead() {
+    for start in [Start::Table, Start::Previous] {
+        compare(&lace(), start, Skip::default(), &MOTIONS, [false, true]);
+        compare(&lace(), start, Skip::default(), &["part", "noise"], [true, true]);
+    }
+}
+
+/// A frame that was told wrong is solved all the same.
+#[test]
+fn frames_told_wrong() {
+    let Some(adapter) = common::gpu::adapter() else { return };
+    let mesh = lace();
+    let scene =
+        Arc::new(Scene::compile(&mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap());
+    let settings = Settings::default();
+    let running = Running { threads: 1, ..Running::default() };
+    let mut cpu = CpuBackend::<f32>::new(scene.clone(), &settings, &running).unwrap();
+    let mut gpu =
+        GpuBackend::new(scene, &settings, &running, &GpuOptions::default(), &adapter, None).unwrap();
+    let [mut a, mut b] = [FrameOutput::default(), FrameOutput::default()];
+    for (frame, motion) in ["stretch", "noise", "still", "noise", "part"].iter().enumerate() {
+        let positions = moved(&mesh, motion, frame);
+        cpu.frame(&positions, &mut a).unwrap();
+        gpu.frame(&positions, &mut b).unwrap();
+        if gpu.is_exact() {
+            let off = bits(&a).iter().zip(&bits(&b)).filter(|(x, y)| x != y).count();
+            assert_eq!(off, 0, "frame {frame}: numbers that differ");
+        }
+        gpu.ahead(&moved(&mesh, "noise", 7 + frame)).unwrap();
+    }
+}
+
+/// Stages left to the CPU change nothing.
+#[test]
+fn the_first_stages_on_the_cpu() {
+    let Some(adapter) = common::gpu::adapter() else { return };
+    let mesh = lace();
+    let scene =
+        Arc::new(Scene::compile(&mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap());
+    let settings = Settings::default();
+    let running = Running { threads: 1, skip: Skip::NOTHING, ..Running::default() };
+    let mut cpu = CpuBackend::<f32>::new(scene.clone(), &settings, &running).unwrap();
+    let mut a = FrameOutput::default();
+    let positions = moved(&mesh, "noise", 1);
+    cpu.frame(&positions, &mut a).unwrap();
+    for number in 0..4 {
+        let options = GpuOptions { on_cpu: OnCpu::stages(number).unwrap(), ..GpuOptions::default() };
+        let mut gpu = GpuBackend::new(scene.clone(), &settings, &running, &options, &adapter, None).unwrap();
+        let mut b = FrameOutput::default();
+        gpu.frame(&positions, &mut b).unwrap();
+        if gpu.is_exact() {
+            let off = bits(&a).iter().zip(&bits(&b)).filter(|(x, y)| x != y).count();
+            assert_eq!(off, 0, "stage {number}: numbers that differ");
+        }
+    }
 }

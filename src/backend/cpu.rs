@@ -135,6 +135,12 @@ impl<T: Precision> CpuBackend<T> {
         }
     }
 
+    /// `[seam][side]` what the two faces say of a shared point.
+    #[cfg(feature = "gpu")]
+    pub(super) fn sides(&self) -> &[V3<T>] {
+        &self.sides
+    }
+
     /// The face-local points of the last frame by slot, before shared boundary points are averaged; same
     /// units as [`FrameOutput::points`], which `output` of that frame holds.
     pub fn slots(&self, output: &FrameOutput<T>) -> Vec<V3<T>> {

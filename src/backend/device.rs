@@ -1,6 +1,8 @@
 //! Which device frames are solved on, and what becomes of them when it fails.
 
 use super::{Backend, CpuBackend, FrameOutput, Precision, Running, Tables};
+#[cfg(feature = "gpu")]
+use crate::Error;
 use crate::Result;
 use crate::knot::Settings;
 use crate::scene::Scene;
@@ -58,7 +60,15 @@ pub struct OnGpu<T: Precision> {
 /// A backend on f32 scenes' best device: a GPU of hardware, or of any kind if `software` too; `None` for want of one.
 #[cfg(feature = "gpu")]
 pub(super) fn gpu(recipe: &Recipe, software: bool) -> Result<Option<OnGpu<f32>>> {
-    use super::gpu::{Adapter, GpuBackend, GpuOptions};
+    use super::gpu::{Adapter, GpuBackend, GpuOptions, OnCpu};
+    let on_cpu = match std::env::var("KNOTMESH_STAGES_ON_GPU") {
+        Ok(text) => text.parse().ok().and_then(OnCpu::stages).ok_or_else(|| {
+            Error::invalid(format_args!(
+                "KNOTMESH_STAGES_ON_GPU={text}: expected 0 to 3, stages left to the CPU"
+            ))
+        })?,
+        Err(_) => OnCpu::Nothing,
+    };
     let adapter = match Adapter::choose(recipe.adapter.as_deref()) {
         Ok(adapter) => adapter,
         Err(e) if software || recipe.adapter.is_some() => return Err(e),
@@ -73,7 +83,7 @@ pub(super) fn gpu(recipe: &Recipe, software: bool) -> Result<Option<OnGpu<f32>>>
         scene.clone(),
         settings,
         running,
-        &GpuOptions::default(),
+        &GpuOptions { on_cpu, ..GpuOptions::default() },
         &adapter,
         cache.as_deref(),
     )?;
@@ -165,6 +175,14 @@ impl<T: Precision> Backend<T> for DeviceBackend<T> {
         self.notes.push(format!("{fault}; going on on the CPU"));
         (self.gpu, self.cpu) = (None, Some(cpu));
         Ok(())
+    }
+
+    fn ahead(&mut self, positions: &[DVec3]) -> Result<()> {
+        match self.backend().ahead(positions) {
+            // The frame itself will fail as well, and then be solved on the CPU.
+            Err(_) if self.gpu.is_some() && self.kind == DeviceKind::Auto => Ok(()),
+            result => result,
+        }
     }
 
     fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()> {

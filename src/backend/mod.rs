@@ -48,6 +48,16 @@ pub trait Backend<T: Scalar> {
     /// Another number of positions than the scene has vertices.
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()>;
 
+    /// Tells the positions of the next frame ahead, where they are known: a device may work on it while this thread does
+    /// something else. The next [`Backend::frame`] must then be given the same positions and the output of the last
+    /// frame; else it begins anew. The next frame's visibility is set before.
+    ///
+    /// # Errors
+    /// Those of [`Backend::frame`].
+    fn ahead(&mut self, _positions: &[DVec3]) -> Result<()> {
+        Ok(())
+    }
+
     /// Names the faces of the mesh that need to be right from the next frame on; `None` for all. Faces that share a
     /// yarn point with one of them are worked on too; others have the status `Hidden` and keep the points that
     /// they had. In an output that is new to this backend they had none: there they are interpolated once, their

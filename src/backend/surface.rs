@@ -50,8 +50,13 @@ impl<T: Scalar> Surface<T> {
 
     /// Whether nothing moves in a frame after one in which nothing moved: the cheapest way to know.
     pub fn rests(&self, positions: &[DVec3]) -> bool {
+        !self.any && self.holds(positions)
+    }
+
+    /// Whether these are the positions of the last frame.
+    pub fn holds(&self, positions: &[DVec3]) -> bool {
         let bits = bytemuck::cast_slice::<DVec3, u64>;
-        !self.any && !self.local.is_empty() && bits(&self.last) == bits(positions)
+        !self.local.is_empty() && bits(&self.last) == bits(positions)
     }
 
     /// The motion of the whole mesh as one since the last frame, where that is looked for and there is one, after `turned`

@@ -249,6 +249,23 @@ struct Job<'a> {
     began: Instant,
 }
 
+/// Where frames come from.
+struct FrameSource {
+    frames: Option<Frames>,
+    visible: Option<Visible>,
+    /// Of the frame read last.
+    positions: Vec<glam::DVec3>,
+}
+
+impl FrameSource {
+    fn read<T: Scalar>(&mut self, frame: usize, backend: &mut dyn Backend<T>) -> Result<()> {
+        if let Some(frames) = &mut self.frames {
+            frames.read(frame, &mut self.positions)?;
+        }
+        self.visible.as_mut().map_or(Ok(()), |visible| visible.show(frame, backend))
+    }
+}
+
 /// One output file, or one file a frame.
 struct Sink {
     writer: Writer,
@@ -302,7 +319,7 @@ impl Job<'_> {
         if let Some(note) = &backend.tables().note {
             self.console.say(format_args!("tables are not kept: {note}"));
         }
-        let mut source = match &arguments.frames {
+        let source = match &arguments.frames {
             Some(pattern) => Some(Frames::open(pattern, self.scene.vertex_count)?),
             None => None,
         };
@@ -317,23 +334,27 @@ impl Job<'_> {
 
         let faces = self.scene.face_places.len();
         let visible = arguments.skip.visible.as_ref();
-        let mut visible = visible.map(|path| Visible::open(path, faces, count)).transpose()?;
+        let visible = visible.map(|path| Visible::open(path, faces, count)).transpose()?;
         let mut sinks: Vec<Sink> = Vec::new();
-        let mut positions = own_positions;
         let mut output = FrameOutput::default();
         let mut reports = Vec::new();
         let mut fell_back = Vec::new();
         let mut peak_memory = None;
         self.progress.steps(range.len(), "solving and writing", "frame");
+        let mut source = FrameSource { frames: source, visible, positions: own_positions };
+        let seconds = &mut self.seconds;
+        let mut ready = timed(&mut seconds.read_frames, || source.read(range.start, &mut backend));
         for (done, frame) in range.clone().enumerate() {
-            if let Some(source) = &mut source {
-                timed(&mut self.seconds.read_frames, || source.read(frame, &mut positions))?;
-            }
-            if let Some(visible) = &mut visible {
-                timed(&mut self.seconds.read_frames, || visible.show(frame, &mut backend))?;
-            }
-            timed(&mut self.seconds.solve, || backend.frame(&positions, &mut output))?;
+            ready?;
+            timed(&mut self.seconds.solve, || backend.frame(&source.positions, &mut output))?;
             self.name_notes(&mut backend);
+            // A device works on the next frame while this one is written. What is wrong with that one is said after.
+            ready = Ok(());
+            if frame + 1 < range.end {
+                let read = timed(&mut self.seconds.read_frames, || source.read(frame + 1, &mut backend));
+                ready =
+                    read.and_then(|()| timed(&mut self.seconds.solve, || backend.ahead(&source.positions)));
+            }
             if sinks.is_empty() {
                 sinks = self.open_sinks(&output, range.len())?;
             }

@@ -302,6 +302,8 @@ pub const DIRECT: u32 = 0;
 pub const SOLVE_LIST: u32 = 1;
 /// Those on the list to be lifted only.
 pub const LIFT_LIST: u32 = 2;
+/// All faces, their knots solved already.
+pub const DIRECT_LIFT: u32 = 3;
 /// The bit of [`Settings::skip`] that says that no face is hidden; below it, unmoved, rigid, rest and shared.
 pub const SEEN_ALL: u32 = 16;
 

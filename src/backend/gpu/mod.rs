@@ -17,7 +17,7 @@ use super::known::Known;
 use super::rigid::Motion;
 use super::sight::Sight;
 use super::surface::Surface;
-use super::{Backend, FrameOutput, GIVEN, Running, Skip, Skipped, Tables, kernels, unsolved};
+use super::{Backend, CpuBackend, FrameOutput, GIVEN, Running, Skip, Skipped, Tables, kernels, unsolved};
 use crate::Result;
 use crate::knot::{FaceResult, Kernel, KnotState, Settings, Start, Status};
 use crate::math::{V2, V3};
@@ -49,11 +49,40 @@ pub struct GpuOptions {
     pub own_shaders: Option<bool>,
     /// Whether stages are kept for [`GpuBackend::trace`].
     pub trace: bool,
+    /// Which stages are left to the CPU, so that a difference can be traced to one.
+    pub on_cpu: OnCpu,
+}
+
+/// Stages that are left to the CPU: each as well as those before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum OnCpu {
+    /// None.
+    #[default]
+    Nothing,
+    /// Areas and normals.
+    Surface,
+    /// Knots: frames, starts and solves.
+    Knots,
+    /// Points: only what two faces share is left to the device.
+    Points,
+}
+
+impl OnCpu {
+    /// By their number, 0 to 3.
+    pub fn stages(number: u32) -> Option<Self> {
+        [Self::Nothing, Self::Surface, Self::Knots, Self::Points].get(number as usize).copied()
+    }
 }
 
 impl Default for GpuOptions {
     fn default() -> Self {
-        Self { workgroup: shader::WORKGROUP, exact: true, own_shaders: None, trace: false }
+        Self {
+            workgroup: shader::WORKGROUP,
+            exact: true,
+            own_shaders: None,
+            trace: false,
+            on_cpu: OnCpu::Nothing,
+        }
     }
 }
 
@@ -85,6 +114,12 @@ pub struct GpuBackend {
     /// `[batch]`; none for a stitch without yarn.
     batches: Vec<Option<BatchOnDevice>>,
     readback: Readback,
+    /// Does what is left to the CPU.
+    twin: Option<Box<(CpuBackend<f32>, FrameOutput<f32>)>>,
+    /// The next frame, told ahead.
+    ahead: Option<Pending>,
+    /// Faces that are hidden in the last one.
+    hidden: usize,
     name: u64,
     stamp: u64,
 }
@@ -179,6 +214,14 @@ impl GpuBackend {
         let bytes = buffers.points.size() + buffers.knots.size() + buffers.results.size();
         let readback = Readback::new(&maker, bytes + 4 * SKIP_COUNTS as u64);
         device.check()?;
+        let twin = match options.on_cpu {
+            OnCpu::Nothing | OnCpu::Surface => None,
+            OnCpu::Knots | OnCpu::Points => {
+                let running = Running { skip: Skip::NOTHING, ..*running };
+                let twin = CpuBackend::with_cache(scene.clone(), settings, &running, cache)?;
+                Some(Box::new((twin, FrameOutput::default())))
+            }
+        };
         Ok(Self {
             scene,
             options: *options,
@@ -202,6 +245,9 @@ impl GpuBackend {
             arguments_group,
             batches,
             readback,
+            twin,
+            ahead: None,
+            hidden: 0,
             name: super::STAMPS.fetch_add(1, Relaxed),
             stamp: 0,
             device,
@@ -249,21 +295,30 @@ impl GpuBackend {
     /// Whether anything may be left out, so that faces are chosen one by one.
     fn chooses(&self) -> bool {
         let Skip { unmoved, rigid, rest, shared, .. } = self.running.skip;
-        unmoved || rigid || rest || shared || self.sight.faces.is_some()
+        let all = self.options.on_cpu == OnCpu::Nothing;
+        all && (unmoved || rigid || rest || shared || self.sight.faces.is_some())
     }
 
     /// Sends what is new of a frame.
-    fn send(&mut self, output: &FrameOutput<f32>, continued: bool) {
+    fn send(&mut self, into: Into) {
         let chooses = self.chooses();
         let known = if chooses { self.known_words() } else { Vec::new() };
         let queue = &self.device.queue;
-        let own = output.backend == self.name || output.backend == GIVEN;
+        let Into { own, continued, .. } = into;
         let given = self.start == Start::Previous && own;
         if given && !continued {
-            let words: Vec<KnotWords> = output.knots.iter().map(|k| knot_words(*k)).collect();
+            let words: Vec<KnotWords> = into.knots.iter().map(|k| knot_words(*k)).collect();
             queue.write_buffer(&self.buffers.knots, 0, bytemuck::cast_slice(&words));
         }
         queue.write_buffer(&self.buffers.surface, 0, bytemuck::cast_slice(floats(&self.surface.local)));
+        if self.options.on_cpu == OnCpu::Surface {
+            let at = 12 * self.surface.local.len();
+            let normals = [floats(&self.surface.areas), floats(&self.surface.normals)].concat();
+            queue.write_buffer(&self.buffers.surface, at as u64, bytemuck::cast_slice(&normals));
+        }
+        if let Some(twin) = &self.twin {
+            self.send_twin(&twin.0, &twin.1);
+        }
         if chooses {
             let at = |word: u32| 4 * u64::from(word);
             let moved = bits(&self.surface.moved);
@@ -281,15 +336,36 @@ impl GpuBackend {
         let Skip { unmoved, rigid, rest, shared, .. } = self.running.skip;
         let flags = [unmoved, rigid, rest, shared, self.sight.faces.is_none()];
         let skip = flags.iter().enumerate().map(|(i, flag)| u32::from(*flag) << i).sum();
+        let way = match self.options.on_cpu {
+            OnCpu::Knots | OnCpu::Points => layout::DIRECT_LIFT,
+            _ if chooses => layout::SOLVE_LIST,
+            _ => layout::DIRECT,
+        };
         for batch in self.batches.iter_mut().flatten() {
             batch.tell(&self.device.queue, |settings| {
                 settings.given = u32::from(given);
                 settings.near = u32::from(continued);
                 settings.own = u32::from(own);
-                settings.way = if chooses { layout::SOLVE_LIST } else { layout::DIRECT };
+                settings.way = way;
                 settings.skip = skip;
             });
         }
+    }
+
+    /// Sends what the CPU found.
+    fn send_twin(&self, twin: &CpuBackend<f32>, found: &FrameOutput<f32>) {
+        let queue = &self.device.queue;
+        let knots: Vec<KnotWords> = found.knots.iter().map(|k| knot_words(*k)).collect();
+        queue.write_buffer(&self.buffers.knots, 0, bytemuck::cast_slice(&knots));
+        let results = found.faces.iter().map(|f| ResultWords {
+            energy_start: f.energy_start,
+            energy: f.energy,
+            status: f.status as u32,
+        });
+        let results: Vec<ResultWords> = results.collect();
+        queue.write_buffer(&self.buffers.results, 0, bytemuck::cast_slice(&results));
+        let points = [floats(&found.points), floats(twin.sides())].concat();
+        queue.write_buffer(&self.buffers.points, 0, bytemuck::cast_slice(&points));
     }
 
     /// The shapes whose solve is known, the first faces' brought up to date.
@@ -340,8 +416,10 @@ impl GpuBackend {
         }
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_bind_group(0, &self.surface_group, &[]);
-        self.dispatch(&mut pass, &self.areas, self.places.sizes.faces);
-        self.dispatch(&mut pass, &self.normals, self.places.sizes.groups);
+        if self.options.on_cpu != OnCpu::Surface {
+            self.dispatch(&mut pass, &self.areas, self.places.sizes.faces);
+            self.dispatch(&mut pass, &self.normals, self.places.sizes.groups);
+        }
         if chooses {
             for batch in self.batches.iter().flatten() {
                 pass.set_bind_group(0, &batch.choose_group, &[]);
@@ -351,7 +429,9 @@ impl GpuBackend {
             self.dispatch(&mut pass, &self.arguments, 2 * self.batches.len() as u32);
         }
         for (b, batch) in self.batches.iter().enumerate() {
-            let Some(batch) = batch else { continue };
+            let Some(batch) = batch.as_ref().filter(|_| self.options.on_cpu < OnCpu::Points) else {
+                continue;
+            };
             if !chooses {
                 pass.set_bind_group(0, &batch.stitch_groups[0], &[]);
                 self.dispatch(&mut pass, &batch.stitch, batch.face_count());
@@ -411,8 +491,10 @@ impl GpuBackend {
     }
 
     /// Turns the points along.
-    fn turn(&self, motion: &Motion, output: &mut FrameOutput<f32>) -> Result<()> {
-        let turn = Turn(motion.columns(output.origin, output.gauge).map(|c: V3<f32>| [c.x, c.y, c.z, 0.0]));
+    fn turn(&self, motion: &Motion) {
+        let turn = Turn(
+            motion.columns(self.surface.origin(), self.scene.gauge).map(|c: V3<f32>| [c.x, c.y, c.z, 0.0]),
+        );
         self.device.queue.write_buffer(&self.buffers.turn, 0, bytemuck::bytes_of(&turn));
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -422,52 +504,119 @@ impl GpuBackend {
         drop(pass);
         self.readback.copy(&mut encoder, &[(&self.buffers.points, None)]);
         self.device.queue.submit([encoder.finish()]);
-        let bytes = self.buffers.points.size() as usize;
-        self.readback.wait(&self.device, |all| take_points(&all[..bytes], &self.scene, output))?;
-        output.skipped = Skipped::turned(&self.scene, &self.kernels);
-        self.device.check()
     }
 }
 
-impl Backend<f32> for GpuBackend {
-    fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<f32>) -> Result<()> {
-        let continued = self.stamp != 0 && output.stamp == self.stamp;
-        let known = continued && !self.sight.anew && self.start != Start::Previous;
+/// A frame that the device is at work on.
+#[derive(Debug)]
+enum Pending {
+    /// Nothing moved: nothing is done.
+    Stays(Skipped),
+    /// The mesh moved as one.
+    Turned,
+    /// Faces were worked on.
+    Solved,
+}
+
+/// What is known of the output that a frame will go into.
+#[derive(Clone, Copy)]
+struct Into<'a> {
+    /// Its knots, where they may be starts.
+    knots: &'a [KnotState<f32>],
+    /// Whether it holds a frame of this backend, or starts that somebody gave; and whether that is the last frame.
+    own: bool,
+    continued: bool,
+    /// Faces that are hidden in it.
+    hidden: usize,
+}
+
+impl GpuBackend {
+    /// Puts the device to work on a frame.
+    fn submit(&mut self, positions: &[DVec3], into: Into) -> Result<Pending> {
+        let known = into.continued && !self.sight.anew && self.start != Start::Previous;
         let may_stay = known && self.running.skip.unmoved;
-        let hidden = output.skipped.hidden;
-        let stays =
-            Skipped { hidden, unmoved: self.scene.face_count.saturating_sub(hidden), ..Skipped::default() };
+        let unmoved = self.scene.face_count.saturating_sub(into.hidden);
+        let stays = Pending::Stays(Skipped { hidden: into.hidden, unmoved, ..Skipped::default() });
         if may_stay && self.surface.rests(positions) {
-            output.skipped = stays;
-            return Ok(());
+            return Ok(stays);
         }
-        let motion = if known && self.sight.faces.is_none() {
+        let looks = known && self.sight.faces.is_none() && self.options.on_cpu == OnCpu::Nothing;
+        let motion = if looks {
             self.surface.motion(&self.scene, &self.running.skip, positions, self.turned)
         } else {
             None
         };
-        if !self.surface.take(&self.scene, positions)? && may_stay {
-            output.skipped = stays;
-            return Ok(());
+        let moved = match self.options.on_cpu {
+            OnCpu::Surface => self.surface.update(&self.scene, positions)?,
+            _ => self.surface.take(&self.scene, positions)?,
+        };
+        if !moved && may_stay {
+            return Ok(stays);
+        }
+        if let Some(twin) = &mut self.twin {
+            let (backend, output) = &mut **twin;
+            backend.frame(positions, output)?;
         }
         self.turned = if motion.is_some() { self.turned + 1 } else { 0 };
         if let Some(motion) = motion {
-            return self.turn(&motion, output);
+            self.turn(&motion);
+            return Ok(Pending::Turned);
         }
-        self.send(output, continued);
+        self.send(into);
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.encode(&mut encoder);
         let Buffers { points, knots, results, lists, .. } = &self.buffers;
         let counts = (lists, Some(4 * SKIP_COUNTS as u64));
         self.readback.copy(&mut encoder, &[(points, None), (knots, None), (results, None), counts]);
         self.device.queue.submit([encoder.finish()]);
-        self.collect(output)?;
-        self.device.check()?;
-        output.origin = self.surface.origin();
-        output.gauge = self.scene.gauge;
         self.sight.anew = false;
-        self.stamp = super::STAMPS.fetch_add(1, Relaxed);
-        (output.stamp, output.backend) = (self.stamp, self.name);
+        Ok(Pending::Solved)
+    }
+
+    /// Waits for a frame.
+    fn finish(&mut self, pending: Pending, output: &mut FrameOutput<f32>) -> Result<()> {
+        match pending {
+            Pending::Stays(skipped) => output.skipped = skipped,
+            Pending::Turned => {
+                let bytes = self.buffers.points.size() as usize;
+                self.readback.wait(&self.device, |all| take_points(&all[..bytes], &self.scene, output))?;
+                output.skipped = Skipped::turned(&self.scene, &self.kernels);
+            }
+            Pending::Solved => {
+                self.collect(output)?;
+                output.origin = self.surface.origin();
+                output.gauge = self.scene.gauge;
+                self.stamp = super::STAMPS.fetch_add(1, Relaxed);
+                (output.stamp, output.backend) = (self.stamp, self.name);
+            }
+        }
+        self.hidden = output.skipped.hidden;
+        self.device.check()
+    }
+}
+
+impl Backend<f32> for GpuBackend {
+    fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<f32>) -> Result<()> {
+        let mut continued = self.stamp != 0 && output.stamp == self.stamp;
+        if let Some(pending) = self.ahead.take() {
+            if continued && !self.sight.anew && self.surface.holds(positions) {
+                return self.finish(pending, output);
+            }
+            // Another frame than the one told ahead: what the device holds is of no use.
+            continued = false;
+        }
+        let own = output.backend == self.name || output.backend == GIVEN;
+        let into = Into { knots: &output.knots, own, continued, hidden: output.skipped.hidden };
+        let pending = self.submit(positions, into)?;
+        self.finish(pending, output)
+    }
+
+    fn ahead(&mut self, positions: &[DVec3]) -> Result<()> {
+        if self.stamp == 0 || self.ahead.is_some() {
+            return Ok(());
+        }
+        let into = Into { knots: &[], own: true, continued: true, hidden: self.hidden };
+        self.ahead = Some(self.submit(positions, into)?);
         Ok(())
     }
 

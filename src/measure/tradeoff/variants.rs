@@ -147,7 +147,7 @@ pub fn gpu_variants(base: &Settings) -> Vec<Variant> {
         mode: Mode::Relax,
         precision: Precision::F32,
         settings: *base,
-        running: Running { skip: Skip::NOTHING, energies: false, ..Running::default() },
+        running: Running { skip: Skip::NOTHING, ..Running::default() },
     };
     let gauss_newton = Settings { solver: Solver::GaussNewton, iterations: 3, ..*base };
     let safeguarded = Settings { solver: Solver::Safeguarded, iterations: 3, ..*base };
