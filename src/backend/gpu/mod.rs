@@ -158,7 +158,7 @@ impl GpuBackend {
                 grid: grid.as_ref().filter(|_| !own || table.is_some()),
                 spaced: kernel.beta().is_some(),
                 energies: running.energies,
-                trace: options.trace.then(|| trace::words(&kernel.stencil)),
+                trace: options.trace,
             };
             let text = shader::stitch(&variant, options.workgroup);
             let pipeline = match compiled.get(&text) {
