@@ -43,11 +43,26 @@ pub struct GpuOptions {
     pub own_shaders: Option<bool>,
     /// Whether stages are kept for [`GpuBackend::trace`].
     pub trace: bool,
+    /// Seed of an order in which stitch types are dispatched; 0 is their own. The result does not depend on it.
+    pub order: u64,
+    /// A text in the shaders and what stands there instead: a fault, to see that comparisons find it.
+    #[doc(hidden)]
+    pub fault: Option<(&'static str, &'static str)>,
 }
 
 impl Default for GpuOptions {
     fn default() -> Self {
-        Self { workgroup: shader::WORKGROUP, exact: true, own_shaders: None, trace: false }
+        Self { workgroup: shader::WORKGROUP, exact: true, own_shaders: None, trace: false, order: 0, fault: None }
+    }
+}
+
+impl GpuOptions {
+    /// A shader's text, with the fault that is asked for.
+    fn faulty(&self, text: String) -> String {
+        match self.fault {
+            Some((from, to)) => text.replace(from, to),
+            None => text,
+        }
     }
 }
 
@@ -121,7 +136,7 @@ impl GpuBackend {
         let results = maker.storage("results", 12 * scene.face_count as u64, copied)?;
 
         let own = options.own_shaders.unwrap_or(!adapter.report().is_software());
-        let text = shader::surface(options.workgroup);
+        let text = options.faulty(shader::surface(options.workgroup));
         let module = shader::compile(&device.device, exact, !own, "surface", &text)
             .map_err(|fault| device.fault(&fault.0))?;
         let kinds = [Kind::Uniform, Kind::Write, Kind::Read, Kind::Write];
@@ -160,7 +175,7 @@ impl GpuBackend {
                 energies: running.energies,
                 trace: options.trace,
             };
-            let text = shader::stitch(&variant, options.workgroup);
+            let text = options.faulty(shader::stitch(&variant, options.workgroup));
             let pipeline = match compiled.get(&text) {
                 Some(pipeline) => pipeline.clone(),
                 None => {
@@ -318,7 +333,11 @@ impl GpuBackend {
         pass.set_bind_group(0, &self.surface_group, &[]);
         self.dispatch(&mut pass, &self.areas, self.sizes.faces);
         self.dispatch(&mut pass, &self.normals, self.sizes.groups);
-        for batch in self.batches.iter().flatten() {
+        let mut order: Vec<&BatchOnDevice> = self.batches.iter().flatten().collect();
+        if self.options.order != 0 {
+            fastrand::Rng::with_seed(self.options.order).shuffle(&mut order);
+        }
+        for batch in order {
             pass.set_bind_group(0, &batch.bind_group, &[]);
             self.dispatch(&mut pass, &batch.pipeline, batch.settings.face_count);
         }
