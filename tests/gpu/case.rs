@@ -24,14 +24,8 @@ pub fn compiled(mesh: &StitchMesh, mode: Mode, coordinates: Coordinates) -> Arc<
 }
 
 /// One shader for all: software compiles each for seconds.
-pub const JOINT: GpuOptions = GpuOptions {
-    workgroup: 64,
-    exact: true,
-    own_shaders: Some(false),
-    trace: false,
-    order: 0,
-    fault: None,
-};
+pub const JOINT: GpuOptions =
+    GpuOptions { workgroup: 64, exact: true, own_shaders: Some(false), trace: false, order: 0, fault: None };
 
 /// What a frame comes to, by name.
 pub const PARTS: [&str; 6] = ["surface", "points", "sides", "knots", "energies", "statuses"];

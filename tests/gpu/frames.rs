@@ -103,7 +103,9 @@ fn within_bound(case: &Case, twin: &[Frame], device: &[Frame], what: &str) {
             }
         }
     }
-    println!("{what}: {near} of {all} faces within {NEAR} r, the worst {worst:.1e} r, {beyond:.1e} of its bound");
+    println!(
+        "{what}: {near} of {all} faces within {NEAR} r, the worst {worst:.1e} r, {beyond:.1e} of its bound"
+    );
     assert!(near as f64 >= MOST * all as f64, "{what}: {near} of {all} faces within {NEAR} r");
     assert!(beyond == 0.0, "{what}: {beyond} times what the input's last bits do");
 }
@@ -178,7 +180,12 @@ fn joined_faces() {
         let scene = compiled(&mesh, Mode::Relax, coordinates);
         assert!(scene.yarns.seams.len() > 500, "faces share points");
         for settings in solves(&[Start::Previous, Start::Affine]) {
-            compare(&Case::new(&scene, &motion, settings), &adapter, &JOINT, &format!("tube {coordinates:?}"));
+            compare(
+                &Case::new(&scene, &motion, settings),
+                &adapter,
+                &JOINT,
+                &format!("tube {coordinates:?}"),
+            );
         }
     }
 }

@@ -112,9 +112,10 @@ fn framed(kernel: &Kernel<f32>, face: &Face, frame: &Frame<f32>, earlier: Earlie
     if let Some(beta) = kernel.beta() {
         space_knots(stencil, beta, &mut points.centers);
     }
-    let words = seats.iter().zip(&points.centers).flat_map(|(s, c)| {
-        [c.u, c.v, s.height, s.slope.u, s.slope.v, s.normal.x, s.normal.y, s.normal.z]
-    });
+    let words = seats
+        .iter()
+        .zip(&points.centers)
+        .flat_map(|(s, c)| [c.u, c.v, s.height, s.slope.u, s.slope.v, s.normal.x, s.normal.y, s.normal.z]);
     stages.push(("seats", words.collect()));
 
     let mut state = vec![KnotState::default(); stencil.knot_count()];
