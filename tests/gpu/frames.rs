@@ -202,16 +202,21 @@ fn without_energies() {
     }
 }
 
-/// Shaders of their own: every count is known to the compiler.
+/// Shaders of their own: every count is known to the compiler. Software compiles a solve so for minutes; there knots are
+/// carried, and points embedded.
 #[test]
 fn own_shaders() {
     let Some(adapter) = adapter() else { return };
-    let mesh = faces(&chosen()[..3], |t| FACES[t % 2]);
-    let scene = compiled(&mesh, Mode::Relax, Coordinates::MeanValue);
+    let chosen = chosen();
+    let mesh = faces(&chosen, |t| FACES[t % 2]);
     let motion = motion(&mesh, 7);
     let settings = Settings { start: Start::Table, ..Settings::default() };
     let options = GpuOptions { own_shaders: Some(true), ..JOINT };
-    compare(&Case::new(&scene, &motion, settings), &adapter, &options, "own shaders");
+    let modes = [Mode::Knots, Mode::Embed, Mode::Relax];
+    for mode in &modes[..if adapter.report().is_software() { 2 } else { 3 }] {
+        let scene = compiled(&mesh, *mode, Coordinates::MeanValue);
+        compare(&Case::new(&scene, &motion, settings), &adapter, &options, "own shaders");
+    }
 }
 
 /// As the driver sees fit.

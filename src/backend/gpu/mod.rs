@@ -143,10 +143,8 @@ impl GpuBackend {
         let results = maker.storage("results", 12 * scene.face_count as u64, copied)?;
 
         let own = options.own_shaders.unwrap_or(!adapter.report().is_software());
-        // Software compiles unrolled loops for minutes.
-        let rolled = !own || adapter.report().is_software();
         let text = options.faulty(shader::surface(options.workgroup));
-        let module = shader::compile(&device.device, exact, rolled, "surface", &text)
+        let module = shader::compile(&device.device, exact, !own, "surface", &text)
             .map_err(|fault| device.fault(&fault.0))?;
         let kinds = [Kind::Uniform, Kind::Write, Kind::Read, Kind::Write];
         let layout = bind_group_layout(&device, "surface", &kinds);
@@ -189,7 +187,7 @@ impl GpuBackend {
                 Some(pipeline) => pipeline.clone(),
                 None => {
                     let key = scene.templates[batch.stencil].key();
-                    let module = shader::compile(&device.device, exact, rolled, &key, &text)
+                    let module = shader::compile(&device.device, exact, !own, &key, &text)
                         .map_err(|fault| device.fault(&fault.0))?;
                     let made = pipeline(&device, &layout, &module, "stitch")?;
                     compiled.insert(text, made.clone());
