@@ -74,7 +74,7 @@ impl<T: Scalar> Face<T> {
         }
         for k in 0..face.stencil.knot_count() {
             let seat = seat(&face.stencil, &face.frame, &face.corners, &face.normals, k);
-            face.points.centers[k] = seat.center();
+            face.points.centers[k] = seat.center;
         }
         start::affine(&face.stencil, &face.frame, &mut face.state);
         face.points.place(&face.stencil, &face.state);

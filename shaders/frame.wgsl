@@ -70,7 +70,7 @@ fn space_knots() {
     if KNOTS < 2u {
         return;
     }
-    let share = 1.0 / f32(KNOTS);
+    let share = 1.0 / f32(max(KNOTS, 1u));
     var mean = vec2<f32>(0.0);
     for (var k = 0u; k < KNOTS; k++) {
         mean = mean + centers[k];

@@ -4,6 +4,12 @@
 
 var<private> trace_at: u32;
 
+// Words of a face.
+fn trace_words() -> u32 {
+    let n = UNKNOWNS;
+    return 13u + 14u * KNOTS + 5u * POINTS + 2u * n + 3u * (n * (n + 1u) / 2u);
+}
+
 fn told(value: f32) {
     trace[trace_at] = value;
     trace_at += 1u;
@@ -28,7 +34,7 @@ fn told_knots() {
 }
 
 fn trace_start(frame: Frame, face: u32) {
-    trace_at = face * TRACE_WORDS;
+    trace_at = face * trace_words();
     told3(frame.t1);
     told3(frame.t2);
     told3(frame.n);
@@ -68,7 +74,7 @@ fn trace_step() {
 }
 
 fn trace_end(face: u32) {
-    trace_at = (face + 1u) * TRACE_WORDS - 3u * KNOTS - 3u * POINTS;
+    trace_at = (face + 1u) * trace_words() - 3u * KNOTS - 3u * POINTS;
     told_knots();
     for (var i = 0u; i < POINTS; i++) {
         told3(lifted[i]);

@@ -141,6 +141,13 @@ impl<T: Precision> CpuBackend<T> {
         &self.sides
     }
 
+    /// The places of vertices, the areas of faces and the normals of corner groups of the last frame, as the GPU backend
+    /// keeps them.
+    pub fn surface(&self) -> Vec<V3<T>> {
+        let surface = &self.surface;
+        [&surface.local, &surface.areas, &surface.normals].into_iter().flatten().copied().collect()
+    }
+
     /// The face-local points of the last frame by slot, before shared boundary points are averaged; same
     /// units as [`FrameOutput::points`], which `output` of that frame holds.
     pub fn slots(&self, output: &FrameOutput<T>) -> Vec<V3<T>> {

@@ -8,13 +8,13 @@ use crate::scene::Stencil;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Seat<T> {
     /// In-plane coordinates of the unmoved mapped centre.
-    center: V2<T>,
+    pub center: V2<T>,
     /// Its height over the face plane.
-    height: T,
+    pub height: T,
     /// Slope of the surface there, per in-plane unit.
-    slope: V2<T>,
+    pub slope: V2<T>,
     /// Unit normal there, or zero.
-    normal: V3<T>,
+    pub normal: V3<T>,
 }
 
 /// The seat of knot `k`.
@@ -49,12 +49,6 @@ pub fn seat<T: Real>(
 }
 
 impl<T: Real> Seat<T> {
-    /// In-plane coordinates of the unmoved mapped centre.
-    #[inline(always)]
-    pub fn center(&self) -> V2<T> {
-        self.center
-    }
-
     /// The place of an in-plane point of the knot, relative to the face's first corner: on the tangent
     /// plane of the surface, then offset along its normal.
     #[inline(always)]

@@ -303,7 +303,7 @@ impl<S: Scalar> Kernel<S> {
         }
         for k in 0..stencil.knot_count() {
             work.seats[k] = lift::seat(stencil, &frame, &work.corners, &work.normals, k);
-            work.solve.points.centers[k] = work.seats[k].center();
+            work.solve.points.centers[k] = work.seats[k].center;
         }
         if let Some(beta) = self.beta {
             frame::space_knots(stencil, T::splat(beta), &mut work.solve.points.centers);

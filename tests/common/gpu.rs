@@ -2,14 +2,19 @@
 
 use knotmesh::backend::gpu::Adapter;
 
-/// The best adapter; none where there is none, unless `KNOTMESH_REQUIRE_GPU` says that this is a failure.
+/// Set where a machine is to have an adapter: tests that find none fail there.
+pub const REQUIRED: &str = "KNOTMESH_REQUIRE_GPU";
+
+/// The best adapter, or `None` after saying that the test is skipped.
 pub fn adapter() -> Option<Adapter> {
-    match Adapter::choose(None) {
-        Ok(adapter) => Some(adapter),
-        Err(e) if std::env::var_os("KNOTMESH_REQUIRE_GPU").is_some() => panic!("{e}"),
-        Err(_) => {
-            println!("skipped: no GPU adapter");
-            None
-        }
+    found(Adapter::choose(None).ok(), std::env::var_os(REQUIRED).is_some_and(|v| !v.is_empty()))
+}
+
+/// What comes of finding this adapter.
+pub fn found(adapter: Option<Adapter>, required: bool) -> Option<Adapter> {
+    if adapter.is_none() {
+        assert!(!required, "no GPU adapter, and {REQUIRED} is set");
+        println!("skipped: no GPU adapter");
     }
+    adapter
 }

@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 
 pub mod curves;
+pub mod faces;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod grid;

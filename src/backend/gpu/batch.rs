@@ -124,7 +124,8 @@ impl<'a> BatchMaker<'a> {
         if let Some(pipeline) = self.compiled.get(&text) {
             return Ok(pipeline.clone());
         }
-        let module = shader::compile(&self.device.device, self.exact, !self.own, key, &text)
+        let faulty = self.options.faulty(text.clone());
+        let module = shader::compile(&self.device.device, self.exact, !self.own, key, &faulty)
             .map_err(|fault| self.device.fault(&fault.0))?;
         let layout = if entry == "stitch" { &self.stitch_layout } else { &self.choose_layout };
         let made = pipeline(self.device, layout, &module, entry)?;
@@ -149,7 +150,7 @@ impl<'a> BatchMaker<'a> {
             grid: grid.as_ref().filter(|_| !self.own || table.is_some()),
             spaced: kernel.beta().is_some(),
             energies: self.running.energies,
-            trace: self.options.trace.then(|| trace::words(&kernel.stencil)),
+            trace: self.options.trace,
         };
         let size = self.options.workgroup;
         let stitch = self.pipeline(shader::stitch(&variant, size), &key, "stitch")?;

@@ -212,8 +212,8 @@ pub struct Variant<'a> {
     pub spaced: bool,
     /// Whether energies are worked out that the method does not need.
     pub energies: bool,
-    /// Whether stages are told: words a face.
-    pub trace: Option<usize>,
+    /// Whether stages are told.
+    pub trace: bool,
 }
 
 /// The constants by which a stitch's shader is compiled.
@@ -257,9 +257,6 @@ pub fn constants(variant: &Variant) -> String {
     line(format_args!("}}\n"));
     line(format_args!("const SPACED: bool = {};\n", variant.spaced));
     line(format_args!("const ENERGIES: bool = {};\n", variant.energies));
-    if let Some(words) = variant.trace {
-        line(format_args!("const TRACE_WORDS: u32 = {words}u;\n"));
-    }
     let first = if variant.grid.is_some() { solve::DAMPING_TABLE } else { solve::DAMPING };
     for (name, value) in [
         ("REST_ENERGY", f32::REST_ENERGY),

@@ -48,7 +48,7 @@ fn workgroup(size: u32) -> String {
 pub fn stitch(variant: &Variant, size: u32) -> String {
     let mut text = workgroup(size) + &layout::constants(variant);
     let table = if variant.grid.is_some() { "table" } else { "no_table" };
-    let trace = if variant.trace.is_some() { "trace" } else { "no_trace" };
+    let trace = if variant.trace { "trace" } else { "no_trace" };
     for stem in [
         "vector", "stencil", "settings", "frame", "start", table, "lift", "energy", "sums", "factor", trace,
         "solve", "load", "stitch",

@@ -4,7 +4,7 @@
 use crate::scene::Stencil;
 use std::ops::Range;
 
-/// The stages, and where their words lie in those of a face.
+/// The stages, and where their words lie in those of a face. `trace_words` in the shader is their sum.
 pub fn stages(stencil: &Stencil<f32>) -> Vec<(&'static str, Range<usize>)> {
     let (k, p) = (stencil.knot_count(), stencil.points.len());
     let n = 2 * k;
