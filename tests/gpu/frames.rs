@@ -1,4 +1,10 @@
 //! Whole frames: places, normals, control points, both sides of seams, knots, energies, statuses.
+//!
+//! Bits agree in all of it, the signs of zeros too, on Mesa's lavapipe. There, as the driver sees fit, 99.7 % of the faces
+//! were within 1e-4 r. The first expression that is off then is the cross product of a face's area (`surface.wgsl`), fused.
+//!
+//! Seeded faults, each seen red: t1 longer by 1 % (not seen by `embedded`, which needs no frame, and rightly so), points
+//! of `embedded` higher by 1 %. `faults` has more.
 
 use crate::case::{Case, Frame, JOINT, agree, agreement, compiled, told};
 use crate::common::Random;

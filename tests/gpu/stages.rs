@@ -1,4 +1,6 @@
 //! Every stage on its own, by name, against the CPU's function for it.
+//!
+//! Seeded fault, seen red: the frame's shear told 1 % larger.
 
 use crate::case::{Case, JOINT, compiled, tables};
 use crate::common::faces::{faces, motion};
