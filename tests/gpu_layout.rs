@@ -1,7 +1,10 @@
 //! What CPU and shaders share, as the shaders' text has it: members, offsets, kinds, constants. And SPIR-V without a
 //! float operation that might be fused. No GPU is needed.
 //!
-//! Seeded faults, each seen red: FILL
+//! Seeded faults, each seen red: `rest` and `knot_count` of a term swapped, `iterations` moved behind `given`, another
+//! number for `STUCK`, `dot` for a product written out, one operation left out of those that may not be fused; of the
+//! tables' words, what is expected read backwards.
+//! Seen red unasked: a stitch type without knots divided by none of them, which a shader of its own refuses.
 #![cfg(feature = "gpu")]
 
 use knotmesh::backend::gpu::layout::{
@@ -311,9 +314,9 @@ fn texts() -> Vec<String> {
             let room = most(&kernels);
             for own in [false, true] {
                 for table in [None, Some(&grid)] {
-                    for bits in 0..8 {
+                    for (bits, kernel) in kernels.iter().enumerate().take(8) {
                         let [spaced, energies, trace] = [1, 2, 4].map(|bit| bits & bit != 0);
-                        let of = variant(&kernels[bits], (!own).then_some(room), table);
+                        let of = variant(kernel, (!own).then_some(room), table);
                         texts.push(shader::stitch(&Variant { spaced, energies, trace, ..of }, 64));
                     }
                 }

@@ -173,7 +173,7 @@ fn nudged(p: DVec3, origin: DVec3, gauge: f64, random: &mut Random) -> DVec3 {
     let mut nudged = p;
     for axis in 0..3 {
         let local = ((p[axis] - origin[axis]) / gauge) as f32;
-        let near = if random.bits() % 2 == 0 { local.next_up() } else { local.next_down() };
+        let near = if random.bits().is_multiple_of(2) { local.next_up() } else { local.next_down() };
         let by = f64::from(near) - f64::from(local);
         if by.is_finite() {
             nudged[axis] += by * gauge;

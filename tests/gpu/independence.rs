@@ -1,6 +1,8 @@
 //! Results do not depend on how the work is cut up or in which order it is done.
 //!
-//! Seeded faults, each seen red: FILL.
+//! Seeded faults, each seen red: damping that depends on the first knot of all, which another batch may have written
+//! already; faces counted from 1 where 256 threads work side by side; a second row that begins after 64 threads a
+//! workgroup, whatever their number.
 
 use crate::case::{Case, JOINT, agree, agreement, compiled, told};
 use crate::common::gpu::adapter;

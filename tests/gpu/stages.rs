@@ -1,9 +1,11 @@
 //! Every stage on its own, by name, against the CPU's function for it.
+//!
+//! Seeded fault, seen red: the frame's shear told 1 % larger.
 
 use crate::case::{Case, JOINT, compiled, tables};
 use crate::common::faces::{faces, motion};
 use crate::common::gpu::adapter;
-use crate::frames::{chosen, everything};
+use crate::frames::{chosen, compiles_fast, everything};
 use crate::record::{Row, Rows, record};
 use crate::twin::{Face, Stages, stages};
 use knotmesh::backend::gpu::{GpuOptions, trace};
@@ -156,16 +158,15 @@ fn from_tables() {
     }
 }
 
-/// See `frames::own_shaders`.
 #[test]
 fn of_own_shaders() {
-    let Some(adapter) = adapter() else { return };
+    if adapter().filter(compiles_fast).is_none() {
+        return;
+    }
     let mesh = faces(&chosen()[..2], |t| 33 + t);
     let options = GpuOptions { own_shaders: Some(true), ..JOINT };
-    let mode = if adapter.report().is_software() { Mode::Knots } else { Mode::Relax };
-    let count = if mode == Mode::Knots { 5 } else { 9 };
-    let way = (mode, Coordinates::Wachspress);
-    all_seen(&compare(&mesh, way, Settings::default(), &options, 14), count);
+    let way = (Mode::Relax, Coordinates::Wachspress);
+    all_seen(&compare(&mesh, way, Settings::default(), &options, 14), 9);
 }
 
 /// As the driver sees fit: how far each stage is off, and what the input's last bits do to it, is only recorded; what
