@@ -8,7 +8,7 @@
 #![cfg(feature = "gpu")]
 
 use knotmesh::backend::gpu::layout::{
-    self, COUNTS, Counts, KnotWords, ResultWords, Settings, Sizes, Variant,
+    self, COUNTS, Counts, KnotWords, Lists, ResultWords, Settings, Sizes, Variant,
 };
 use knotmesh::backend::gpu::shader;
 use knotmesh::knot::table::{Block, GROUP, Grid, Table};
@@ -132,20 +132,34 @@ macro_rules! shared {
     }};
 }
 
+macro_rules! settings {
+    ($module:expr) => {
+        shared!($module, "Settings", Settings, beta weight_angle weight_length nan iterations face_count begin
+            first_corner first_strand first_mesh_face first_face first_knot point_count given near way first_count
+            first_entry first_shape first_known skip tolerance own from_previous moved bent turned seen face_normals
+            group_normals)
+    };
+}
+
 #[test]
 fn what_dispatches_are_told_and_what_comes_back() {
     let kernels = kernels(Mode::Relax, &knot::Settings::default());
     for room in [None, Some(most(&kernels))] {
         let (module, _) = parsed(&shader::stitch(&variant(&kernels[0], room, None), 64));
         let module = &module;
-        shared!(module, "Settings", Settings, beta weight_angle weight_length nan iterations face_count begin
-            first_corner first_strand first_face first_knot point_count given near);
+        settings!(module);
         shared!(module, "KnotWords", KnotWords, u v half_length);
         shared!(module, "FaceResult", ResultWords, energy_start energy status);
     }
+    let (module, _) = parsed(&shader::select(&variant(&kernels[0], Some(most(&kernels)), None), 64));
+    settings!(&module);
+    shared!(&module, "KnotWords", KnotWords, u v half_length);
+    shared!(&module, "FaceResult", ResultWords, energy_start energy status);
     let (module, _) = parsed(&shader::surface(64));
     shared!(&module, "Sizes", Sizes, vertices faces groups seams points face_offsets face_vertices group_offsets
-        group_faces seam_points);
+        group_faces seam_points moved bent turned);
+    let (module, _) = parsed(&shader::arguments(64));
+    shared!(&module, "Lists", Lists, count first_count);
 }
 
 /// Names, places and kinds of a stitch type's words, for every template with room of its own and with room for all.

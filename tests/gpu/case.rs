@@ -27,7 +27,7 @@ pub fn compiled(mesh: &StitchMesh, mode: Mode, coordinates: Coordinates) -> Arc<
 pub const JOINT: GpuOptions = GpuOptions {
     workgroup: 64,
     exact: true,
-    own_shaders: Some(false),
+    own_shaders: false,
     trace: false,
     order: 0,
     fault: None,

@@ -217,7 +217,7 @@ fn own_shaders() {
     let mesh = faces(&chosen[..3], |t| FACES[t % 2]);
     let motion = motion(&mesh, 7);
     let settings = Settings { start: Start::Table, ..Settings::default() };
-    let options = GpuOptions { own_shaders: Some(true), ..JOINT };
+    let options = GpuOptions { own_shaders: true, ..JOINT };
     for mode in [Mode::Knots, Mode::Embed, Mode::Relax] {
         let scene = compiled(&mesh, mode, Coordinates::MeanValue);
         compare(&Case::new(&scene, &motion, settings), &adapter, &options, "own shaders");

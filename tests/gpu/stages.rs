@@ -164,7 +164,7 @@ fn of_own_shaders() {
         return;
     }
     let mesh = faces(&chosen()[..2], |t| 33 + t);
-    let options = GpuOptions { own_shaders: Some(true), ..JOINT };
+    let options = GpuOptions { own_shaders: true, ..JOINT };
     let way = (Mode::Relax, Coordinates::Wachspress);
     all_seen(&compare(&mesh, way, Settings::default(), &options, 14), 9);
 }

@@ -426,6 +426,16 @@ pub struct ResultWords {
     pub status: u32,
 }
 
+/// What the kernel is told that turns counts into dispatches; see `shaders/arguments.wgsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Lists {
+    /// Number of lists.
+    pub count: u32,
+    /// Where their counts begin.
+    pub first_count: u32,
+}
+
 /// A motion of all points as one, its columns padded to four.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]

@@ -28,7 +28,7 @@ use batch::{BatchMaker, BatchOnDevice, Shared};
 use buffers::{Maker, Places, SKIP_COUNTS, Topology};
 use exchange::vectors;
 use frame::Pending;
-use layout::Turn;
+use layout::{Lists, Turn};
 use pipeline::{Kind, bind_group, bind_group_layout, pipeline};
 use readback::Readback;
 use std::path::Path;
@@ -46,9 +46,9 @@ pub struct GpuOptions {
     pub workgroup: u32,
     /// Whether shaders run with their sums as they are written, where the device can; else as its compiler sees fit.
     pub exact: bool,
-    /// Whether each shape of stitch type has a shader of its own, with all counts known to the compiler, or one shader
-    /// serves all; unless told, the former on hardware, the latter on software, which compiles slowly.
-    pub own_shaders: Option<bool>,
+    /// Whether each shape of stitch type has a shader of its own, with all counts known to the compiler, instead of one
+    /// shader that serves all. Not compared with the twin so far: software takes minutes to compile such shaders.
+    pub own_shaders: bool,
     /// Whether stages are kept for [`GpuBackend::trace`].
     pub trace: bool,
     /// Seed of an order in which stitch types are dispatched; 0 is their own. The result does not depend on it.
@@ -86,7 +86,7 @@ impl Default for GpuOptions {
         Self {
             workgroup: shader::WORKGROUP,
             exact: true,
-            own_shaders: None,
+            own_shaders: false,
             trace: false,
             order: 0,
             fault: None,
@@ -172,7 +172,7 @@ impl GpuBackend {
         super::check(settings, running)?;
         let device = adapter.open()?;
         let exact = options.exact && device.exact;
-        let own = options.own_shaders.unwrap_or(!adapter.report().is_software());
+        let own = options.own_shaders;
         let (kernels, tables) = kernels::<f32>(&scene, settings, running, cache);
         let Topology { words, places } = Topology::new(&scene)?;
         let sizes = places.sizes;
@@ -209,7 +209,8 @@ impl GpuBackend {
 
         let module = compile("arguments", &shader::arguments(options.workgroup))?;
         let layout = bind_group_layout(&device, "arguments", &[Kind::Uniform, Kind::Read, Kind::Write]);
-        let lists = maker.uniform("lists", &[2 * scene.batches.len() as u32, SKIP_COUNTS as u32]);
+        let lists = Lists { count: 2 * scene.batches.len() as u32, first_count: SKIP_COUNTS as u32 };
+        let lists = maker.uniform("lists", &lists);
         let arguments_group =
             bind_group(&device, "arguments", &layout, &[&lists, &buffers.lists, &buffers.dispatches]);
         let arguments = pipeline(&device, &layout, &module, "arguments")?;
