@@ -57,9 +57,12 @@ pub struct OnGpu<T: Precision> {
     pub software: bool,
 }
 
-/// A backend on f32 scenes' best device: a GPU of hardware, or of any kind if `software` too; `None` for want of one.
+/// What came of looking for a GPU: none, or one and whether a backend on it could be made.
+pub type FoundGpu<T> = Option<Result<OnGpu<T>>>;
+
+/// A backend on f32 scenes' best device: a GPU of hardware, or of any kind if `software` too.
 #[cfg(feature = "gpu")]
-pub(super) fn gpu(recipe: &Recipe, software: bool) -> Result<Option<OnGpu<f32>>> {
+pub(super) fn gpu(recipe: &Recipe, software: bool) -> Result<FoundGpu<f32>> {
     use super::gpu::{Adapter, GpuBackend, GpuOptions, OnCpu};
     let on_cpu = match std::env::var("KNOTMESH_STAGES_ON_GPU") {
         Ok(text) => text.parse().ok().and_then(OnCpu::stages).ok_or_else(|| {
@@ -69,39 +72,30 @@ pub(super) fn gpu(recipe: &Recipe, software: bool) -> Result<Option<OnGpu<f32>>>
         })?,
         Err(_) => OnCpu::Nothing,
     };
-    let adapter = match Adapter::choose(recipe.adapter.as_deref()) {
-        Ok(adapter) => adapter,
-        Err(e) if software || recipe.adapter.is_some() => return Err(e),
-        Err(_) => return Ok(None),
+    let name = recipe.adapter.as_deref();
+    let adapter = match (software || name.is_some(), Adapter::hardware()) {
+        (true, _) => Adapter::choose(name)?,
+        (false, Some(adapter)) => adapter,
+        (false, None) => return Ok(None),
     };
     let report = adapter.report();
-    if report.is_software() && !software && recipe.adapter.is_none() {
-        return Ok(None);
-    }
     let Recipe { scene, settings, running, cache, .. } = recipe;
-    let backend = GpuBackend::new(
-        scene.clone(),
-        settings,
-        running,
-        &GpuOptions { on_cpu, ..GpuOptions::default() },
-        &adapter,
-        cache.as_deref(),
-    )?;
-    Ok(Some(OnGpu {
+    let options = GpuOptions { on_cpu, ..GpuOptions::default() };
+    let made = GpuBackend::new(scene.clone(), settings, running, &options, &adapter, cache.as_deref());
+    Ok(Some(made.map(|backend| OnGpu {
         backend: Box::new(backend),
         adapter: report.to_string(),
         software: report.is_software(),
-    }))
+    })))
 }
 
 /// The same, in a build that has no GPU backend.
 #[cfg(not(feature = "gpu"))]
-pub(super) fn gpu(_: &Recipe, software: bool) -> Result<Option<OnGpu<f32>>> {
+pub(super) fn gpu(_: &Recipe, software: bool) -> Result<FoundGpu<f32>> {
     if software {
-        Err(crate::Error::invalid("this build has no GPU backend: expected --device cpu"))
-    } else {
-        Ok(None)
+        return Err(crate::Error::invalid("this build has no GPU backend: expected --device cpu"));
     }
+    Ok(None)
 }
 
 /// A backend on the device that was chosen. With [`DeviceKind::Auto`], frames go on on the CPU where the GPU fails.
@@ -118,18 +112,18 @@ impl<T: Precision> DeviceBackend<T> {
     /// A backend for a recipe.
     ///
     /// # Errors
-    /// Settings out of range; with [`DeviceKind::Gpu`], or an adapter's name, no such adapter, or one that fails or
+    /// Settings out of range; no adapter of the name given; with [`DeviceKind::Gpu`], no adapter, or one that fails or
     /// lacks room.
     pub fn new(recipe: Recipe, kind: DeviceKind) -> Result<Self> {
         super::check(&recipe.settings, &recipe.running)?;
         let mut made = Self { gpu: None, cpu: None, recipe, kind, visible: None, notes: Vec::new() };
         match kind {
             DeviceKind::Cpu => {}
-            DeviceKind::Gpu => made.gpu = T::gpu(&made.recipe, true)?,
-            DeviceKind::Auto => match T::gpu(&made.recipe, false) {
-                Ok(gpu) => made.gpu = gpu,
-                Err(e) if made.recipe.adapter.is_some() => return Err(e),
-                Err(e) => made.notes.push(format!("{e}; solving on the CPU")),
+            DeviceKind::Gpu => made.gpu = T::gpu(&made.recipe, true)?.transpose()?,
+            DeviceKind::Auto => match T::gpu(&made.recipe, false)? {
+                None => {}
+                Some(Ok(gpu)) => made.gpu = Some(gpu),
+                Some(Err(e)) => made.notes.push(format!("{e}; solving on the CPU")),
             },
         }
         match &made.gpu {

@@ -15,7 +15,7 @@ mod tables;
 mod work;
 
 pub use cpu::{CpuBackend, Running};
-pub use device::{DeviceBackend, DeviceKind, OnGpu, Recipe};
+pub use device::{DeviceBackend, DeviceKind, FoundGpu, OnGpu, Recipe};
 pub use skip::{Skip, Skipped};
 pub use tables::{TableReport, TableSource, Tables};
 pub use work::Precision;

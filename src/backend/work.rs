@@ -4,7 +4,7 @@ use super::known::Known;
 use super::scatter::Scatter;
 use super::skip::{Skip, Skipped, same};
 use super::surface::{Surface, stand_in};
-use super::{OnGpu, Recipe, unsolved};
+use super::{FoundGpu, Recipe, unsolved};
 use crate::knot::{Ended, FaceResult, Given, Kernel, KnotState, Start, Status, Workspace};
 use crate::math::{Real, Scalar, V2, V3, Wide, Width};
 use crate::scene::{Batch, Scene, StrandEnd, StrandPlace};
@@ -78,9 +78,9 @@ pub trait Precision: Scalar {
     /// Works on a chunk.
     #[doc(hidden)]
     fn chunk(width: Width, chunk: Chunk<Self>) -> Skipped;
-    /// A backend on a GPU, of hardware unless `software` will do; `None` for want of one.
+    /// A backend on a GPU, of hardware unless `software` will do.
     #[doc(hidden)]
-    fn gpu(recipe: &Recipe, software: bool) -> Result<Option<OnGpu<Self>>>;
+    fn gpu(recipe: &Recipe, software: bool) -> Result<FoundGpu<Self>>;
     /// Works on one face.
     #[doc(hidden)]
     fn face(kernel: &Kernel<Self>, work: &mut Workspace<Self>, given: Given<Self>) -> Ended<Self>;
@@ -89,7 +89,7 @@ pub trait Precision: Scalar {
 macro_rules! precision {
     ($t:ty, $gpu:expr) => {
         impl Precision for $t {
-            fn gpu(recipe: &Recipe, software: bool) -> Result<Option<OnGpu<Self>>> {
+            fn gpu(recipe: &Recipe, software: bool) -> Result<FoundGpu<Self>> {
                 $gpu(recipe, software)
             }
             #[inline(never)]

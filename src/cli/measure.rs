@@ -148,7 +148,7 @@ fn has_gpu(device: DeviceName) -> Result<bool> {
     match device {
         DeviceName::Cpu => Ok(false),
         DeviceName::Gpu => Adapter::choose(None).map(|_| true),
-        DeviceName::Auto => Ok(Adapter::choose(None).is_ok_and(|a| !a.report().is_software())),
+        DeviceName::Auto => Ok(Adapter::hardware().is_some()),
     }
 }
 

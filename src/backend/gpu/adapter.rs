@@ -1,6 +1,7 @@
 //! Which adapters there are, and opening one.
 
 use crate::{Error, Result};
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 /// What is known of an adapter.
@@ -102,6 +103,15 @@ impl Adapter {
         })
     }
 
+    /// The best adapter of hardware. Where the system shows no sign of any, drivers are not even loaded: a software one alone
+    /// takes 50 MB.
+    pub fn hardware() -> Option<Self> {
+        if !may_have_hardware() {
+            return None;
+        }
+        Self::all().into_iter().next().filter(|a| !a.report().is_software())
+    }
+
     /// What is known of it.
     pub fn report(&self) -> AdapterReport {
         AdapterReport::new(&self.0)
@@ -130,6 +140,17 @@ impl Adapter {
         });
         Ok(Device { device, queue, limits, exact, faults, name: self.report().to_string() })
     }
+}
+
+/// Whether the system may have a GPU: on Linux, whether it shows a device of one (DRI, NVIDIA's, Windows' below Linux, those
+/// of phones).
+fn may_have_hardware() -> bool {
+    if !cfg!(target_os = "linux") {
+        return true;
+    }
+    let render = |entry: std::fs::DirEntry| entry.file_name().to_string_lossy().starts_with("renderD");
+    let dri = std::fs::read_dir("/dev/dri").is_ok_and(|mut all| all.any(|e| e.is_ok_and(render)));
+    dri || ["/dev/nvidiactl", "/dev/dxg", "/dev/kgsl-3d0", "/dev/mali0"].iter().any(|p| Path::new(p).exists())
 }
 
 /// Keeps the first fault.
