@@ -29,15 +29,11 @@ fn settled(status: u32) -> bool {
     return status != HIDDEN && (settings.from_previous == 0u || status != STEPPED);
 }
 
-// Whether a corner moved or its normal turned.
-fn changed(face: u32, mesh_face: u32) -> bool {
+// Whether a corner moved or its normal turned; where one moved, normals count as turned.
+fn changed(face: u32) -> bool {
     for (var i = 0u; i < CORNERS; i++) {
         let at = settings.first_corner + 2u * (face * CORNERS + i);
-        let vertex = topology[at];
         let normal = topology[at + 1u];
-        if ((surface[settings.moved + vertex / 32u] >> (vertex % 32u)) & 1u) != 0u {
-            return true;
-        }
         if normal < settings.group_normals {
             if surface[settings.bent + normal - settings.face_normals] != 0u {
                 return true;
@@ -114,7 +110,7 @@ fn choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups)
         }
         return;
     }
-    if settings.near != 0u && (settings.skip & UNMOVED) != 0u && settled(status) && !changed(face, mesh_face) {
+    if settings.near != 0u && (settings.skip & UNMOVED) != 0u && settled(status) && !changed(face) {
         atomicAdd(&lists[COUNT_UNMOVED], 1u);
         return;
     }

@@ -36,8 +36,7 @@ struct Settings {
     // Whether the output holds a frame of this backend, and whether solves start from the frame before.
     own: u32,
     from_previous: u32,
-    // Where in the surface the flags of vertices, faces and corner groups begin, and the bits of faces that are seen.
-    moved: u32,
+    // Where in the surface the flags of faces and corner groups begin, and the bits of faces that are seen.
     bent: u32,
     turned: u32,
     seen: u32,

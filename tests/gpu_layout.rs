@@ -136,7 +136,7 @@ macro_rules! settings {
     ($module:expr) => {
         shared!($module, "Settings", Settings, beta weight_angle weight_length nan iterations face_count begin
             first_corner first_strand first_mesh_face first_face first_knot point_count given near way first_count
-            first_entry first_shape first_known skip tolerance own from_previous moved bent turned seen face_normals
+            first_entry first_shape first_known skip tolerance own from_previous bent turned seen face_normals
             group_normals)
     };
 }

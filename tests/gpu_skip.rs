@@ -5,7 +5,7 @@ mod common;
 
 use common::grid::{Wrap, grid};
 use glam::{DMat3, DVec3};
-use knotmesh::backend::gpu::{GpuBackend, GpuOptions, OnCpu};
+use knotmesh::backend::gpu::{Adapter, GpuBackend, GpuOptions, OnCpu};
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, Skipped};
 use knotmesh::io::smobj;
 use knotmesh::knot::{Settings, Start};
@@ -44,6 +44,8 @@ fn moved(mesh: &StitchMesh, motion: &str, frame: usize) -> Vec<DVec3> {
                 random.between(-0.05, 0.05),
             )
         }
+        // Shapes change by some tolerances a frame.
+        "creep" => *p + DVec3::new(p.x * p.y, p.y * p.y, 0.0) * 5e-4 * frame as f64,
         // One vertex is lost in the middle of it.
         "lost" if i == 30 && (3..5).contains(&frame) => DVec3::NAN,
         "lost" => *p * (1.0 + 0.01 * t),
@@ -62,17 +64,30 @@ fn bits(output: &FrameOutput<f32>) -> Vec<u32> {
 }
 
 /// Compares runs through motions. With `hide`, some faces are hidden; with `ahead`, frames are told ahead.
-fn compare(mesh: &StitchMesh, start: Start, skip: Skip, motions: &[&str], [hide, ahead]: [bool; 2]) {
+fn compare(mesh: &StitchMesh, start: Start, skip: Skip, motions: &[&str], ways: [bool; 2]) {
     let Some(adapter) = common::gpu::adapter() else { return };
+    if let Err(words) = compared(&adapter, GpuOptions::default(), mesh, (start, skip), motions, ways) {
+        panic!("{words}");
+    }
+}
+
+/// What is different, if anything.
+fn compared(
+    adapter: &Adapter,
+    options: GpuOptions,
+    mesh: &StitchMesh,
+    (start, skip): (Start, Skip),
+    motions: &[&str],
+    [hide, ahead]: [bool; 2],
+) -> Result<(), String> {
     let scene =
         Arc::new(Scene::compile(mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap());
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("skip-tables");
     let settings = Settings { start, ..Settings::default() };
     let running = Running { threads: 1, skip, ..Running::default() };
     let mut cpu = CpuBackend::<f32>::with_cache(scene.clone(), &settings, &running, Some(&cache)).unwrap();
-    let options = GpuOptions::default();
     let mut gpu =
-        GpuBackend::new(scene.clone(), &settings, &running, &options, &adapter, Some(&cache)).unwrap();
+        GpuBackend::new(scene.clone(), &settings, &running, &options, adapter, Some(&cache)).unwrap();
     let [mut a, mut b] = [FrameOutput::default(), FrameOutput::default()];
     let mut all = Skipped::default();
     // A window of faces that wanders.
@@ -90,10 +105,13 @@ fn compare(mesh: &StitchMesh, start: Start, skip: Skip, motions: &[&str], [hide,
             let positions = moved(mesh, motion, frame);
             cpu.frame(&positions, &mut a).unwrap();
             gpu.frame(&positions, &mut b).unwrap();
-            assert_eq!(a.skipped, b.skipped, "{start:?} {motion} frame {frame}");
-            if gpu.is_exact() {
-                let off = bits(&a).iter().zip(&bits(&b)).filter(|(x, y)| x != y).count();
-                assert_eq!(off, 0, "{start:?} {motion} frame {frame}: numbers that differ");
+            let at = format!("{start:?} {motion} frame {frame}");
+            if a.skipped != b.skipped {
+                return Err(format!("{at}: {:?} instead of {:?}", b.skipped, a.skipped));
+            }
+            let off = bits(&a).iter().zip(&bits(&b)).filter(|(x, y)| x != y).count();
+            if gpu.is_exact() && off > 0 {
+                return Err(format!("{at}: {off} numbers differ"));
             }
             all = all + b.skipped;
             if ahead && frame + 1 < FRAMES {
@@ -103,9 +121,10 @@ fn compare(mesh: &StitchMesh, start: Start, skip: Skip, motions: &[&str], [hide,
         }
     }
     println!("{start:?}: {all:?}");
+    Ok(())
 }
 
-const MOTIONS: [&str; 6] = ["still", "rigid", "part", "stretch", "noise", "lost"];
+const MOTIONS: [&str; 7] = ["still", "rigid", "part", "stretch", "creep", "noise", "lost"];
 
 #[test]
 fn a_swatch_from_the_table() {
@@ -194,5 +213,28 @@ fn the_first_stages_on_the_cpu() {
             let off = bits(&a).iter().zip(&bits(&b)).filter(|(x, y)| x != y).count();
             assert_eq!(off, 0, "stage {number}: numbers that differ");
         }
+    }
+}
+
+/// Faults in the shader that chooses faces are found.
+#[test]
+fn faults_of_choosing_are_found() {
+    let Some(adapter) = common::gpu::adapter() else { return };
+    const FAULTS: [(&str, &str); 5] = [
+        ("surface[settings.turned + normal - settings.group_normals] != 0u", "false"),
+        ("shapes[own_shape + 1u + i] = bitcast<f32>(known[at + i]);", ""),
+        ("add_to_list(select(0u, 1u, SOLVES), face | TOP);", ""),
+        ("abs(a.x - b.x) <= settings.tolerance", "abs(a.x - b.x) <= 100.0 * settings.tolerance"),
+        ("shapes[own_shape + 2u * i] = shape[i].y;", "shapes[own_shape + 2u * i] = shape[i].x;"),
+    ];
+    let text = std::fs::read_to_string("shaders/select.wgsl").unwrap();
+    for fault in FAULTS {
+        assert!(text.contains(fault.0), "{} is no part of the shader", fault.0);
+        let options = GpuOptions { fault: Some(fault), ..GpuOptions::default() };
+        let found = [(swatch(), false), (lace(), false), (lace(), true)].iter().any(|(mesh, hide)| {
+            let skips = (Start::Affine, Skip::default());
+            compared(&adapter, options, mesh, skips, &["part", "noise", "creep"], [*hide, false]).is_err()
+        });
+        assert!(found, "{} instead of {} is not found", fault.1, fault.0);
     }
 }

@@ -184,7 +184,6 @@ impl<'a> BatchMaker<'a> {
             tolerance: (self.running.skip.tolerance * self.scene.yarn_radius) as f32,
             own: 0,
             from_previous: u32::from(self.start == Start::Previous),
-            moved: sizes.moved,
             bent: sizes.bent,
             turned: sizes.turned,
             seen: self.places.seen,

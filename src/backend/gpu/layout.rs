@@ -356,9 +356,7 @@ pub struct Settings {
     pub own: u32,
     /// Whether solves start from the frame before.
     pub from_previous: u32,
-    /// Word of the surface where bits of vertices begin that moved.
-    pub moved: u32,
-    /// Of faces whose area changed.
+    /// Word of the surface where flags of faces begin whose area changed.
     pub bent: u32,
     /// Of corner groups whose normal changed.
     pub turned: u32,
