@@ -25,14 +25,6 @@ const HIDDEN: u32 = 7u;
 @group(0) @binding(2) var<storage, read> surface: array<u32>;
 @group(0) @binding(3) var<storage, read> topology: array<u32>;
 
-fn at_surface(i: u32) -> vec3<f32> {
-    return vec3<f32>(
-        bitcast<f32>(surface[3u * i]),
-        bitcast<f32>(surface[3u * i + 1u]),
-        bitcast<f32>(surface[3u * i + 2u]),
-    );
-}
-
 // The first corner, and whether all were finite.
 struct Loaded {
     first: vec3<f32>,

@@ -25,14 +25,6 @@ struct Sizes {
 @group(0) @binding(2) var<storage, read> topology: array<u32>;
 @group(0) @binding(3) var<storage, read_write> points: array<f32>;
 
-fn at_surface(i: u32) -> vec3<f32> {
-    return vec3<f32>(
-        bitcast<f32>(surface[3u * i]),
-        bitcast<f32>(surface[3u * i + 1u]),
-        bitcast<f32>(surface[3u * i + 2u]),
-    );
-}
-
 fn put_surface(i: u32, p: vec3<f32>) {
     surface[3u * i] = bitcast<u32>(p.x);
     surface[3u * i + 1u] = bitcast<u32>(p.y);

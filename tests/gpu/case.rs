@@ -2,7 +2,7 @@
 
 use crate::common::Random;
 use glam::DVec3;
-use knotmesh::backend::gpu::{Adapter, GpuBackend, GpuOptions, OnCpu};
+use knotmesh::backend::gpu::{Adapter, GpuBackend, GpuOptions};
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip};
 use knotmesh::knot::Settings;
 use knotmesh::math::{V3, Width};
@@ -24,15 +24,7 @@ pub fn compiled(mesh: &StitchMesh, mode: Mode, coordinates: Coordinates) -> Arc<
 }
 
 /// One shader for all: software compiles each for seconds.
-pub const JOINT: GpuOptions = GpuOptions {
-    workgroup: 64,
-    exact: true,
-    own_shaders: false,
-    trace: false,
-    order: 0,
-    fault: None,
-    on_cpu: OnCpu::Nothing,
-};
+pub const JOINT: GpuOptions = GpuOptions::PLAIN;
 
 /// What a frame comes to, by name.
 pub const PARTS: [&str; 6] = ["surface", "points", "sides", "knots", "energies", "statuses"];

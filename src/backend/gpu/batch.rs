@@ -79,17 +79,13 @@ pub(super) struct BatchMaker<'a> {
 }
 
 impl<'a> BatchMaker<'a> {
-    #[expect(clippy::too_many_arguments)]
     pub fn new(
         device: &'a Device,
         scene: &'a Scene,
-        running: &'a Running,
-        options: &'a GpuOptions,
-        start: Start,
+        (running, options, start): (&'a Running, &'a GpuOptions, Start),
         shared: Shared<'a>,
         places: &'a Places,
         kernels: &[Kernel<f32>],
-        own: bool,
     ) -> Result<Self> {
         use Kind::{Read, Uniform, Write};
         let mut kinds = vec![Read, Uniform, Read, Read, Write, Write, Write, Read, Read];
@@ -108,7 +104,7 @@ impl<'a> BatchMaker<'a> {
             grid: kernels.iter().find_map(|k| k.table().map(|t| *t.grid())),
             exact: options.exact && device.exact,
             compiled: HashMap::new(),
-            own,
+            own: options.own_shaders,
             device,
             scene,
             running,

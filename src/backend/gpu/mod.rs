@@ -83,19 +83,22 @@ impl OnCpu {
 
 impl Default for GpuOptions {
     fn default() -> Self {
-        Self {
-            workgroup: shader::WORKGROUP,
-            exact: true,
-            own_shaders: false,
-            trace: false,
-            order: 0,
-            fault: None,
-            on_cpu: OnCpu::Nothing,
-        }
+        Self::PLAIN
     }
 }
 
 impl GpuOptions {
+    /// As every device is used unless told otherwise.
+    pub const PLAIN: Self = Self {
+        workgroup: shader::WORKGROUP,
+        exact: true,
+        own_shaders: false,
+        trace: false,
+        order: 0,
+        fault: None,
+        on_cpu: OnCpu::Nothing,
+    };
+
     /// A shader's text, with the fault that is asked for.
     fn faulty(&self, text: String) -> String {
         match self.fault {
@@ -227,7 +230,7 @@ impl GpuBackend {
         };
         let start = settings.start;
         let mut batch_maker =
-            BatchMaker::new(&device, &scene, running, options, start, shared, &places, &kernels, own)?;
+            BatchMaker::new(&device, &scene, (running, options, start), shared, &places, &kernels)?;
         let batches = kernels.iter().enumerate().map(|(b, kernel)| batch_maker.batch(b, kernel));
         let batches: Vec<_> = batches.collect::<Result<_>>()?;
         drop(batch_maker);

@@ -14,7 +14,7 @@ macro_rules! files {
 }
 
 /// The shaders' files, by stem.
-const FILES: [(&str, &str); 19] = files!(
+const FILES: [(&str, &str); 20] = files!(
     "vector",
     "stencil",
     "settings",
@@ -33,6 +33,7 @@ const FILES: [(&str, &str); 19] = files!(
     "stitch",
     "select",
     "arguments",
+    "places",
     "surface",
 );
 
@@ -51,7 +52,7 @@ pub fn stitch(variant: &Variant, size: u32) -> String {
     let trace = if variant.trace { "trace" } else { "no_trace" };
     for stem in [
         "vector", "stencil", "settings", "frame", "start", table, "lift", "energy", "sums", "factor", trace,
-        "solve", "load", "stitch",
+        "solve", "places", "load", "stitch",
     ] {
         text += file(stem);
     }
@@ -61,7 +62,7 @@ pub fn stitch(variant: &Variant, size: u32) -> String {
 /// The shader that chooses which stitches need work.
 pub fn select(variant: &Variant, size: u32) -> String {
     let mut text = workgroup(size) + &layout::constants(variant);
-    for stem in ["vector", "stencil", "settings", "frame", "load", "select"] {
+    for stem in ["vector", "stencil", "settings", "frame", "places", "load", "select"] {
         text += file(stem);
     }
     text
@@ -74,7 +75,7 @@ pub fn arguments(size: u32) -> String {
 
 /// The shader of surfaces and seams.
 pub fn surface(size: u32) -> String {
-    workgroup(size) + file("vector") + file("surface")
+    workgroup(size) + file("vector") + file("places") + file("surface")
 }
 
 /// A shader that does not compile.
@@ -96,15 +97,24 @@ pub fn parse(text: &str) -> Result<(naga::Module, naga::valid::ModuleInfo), Faul
 /// the length of arrays how often to repeat their text: that takes software drivers a minute.
 pub fn spirv(text: &str, rolled: bool) -> Result<Vec<u32>, Fault> {
     let (module, info) = parse(text)?;
-    // Indices are the project's own; unchecked, they stay in registers.
+    written(&module, &info, rolled)
+}
+
+fn written(module: &naga::Module, info: &naga::valid::ModuleInfo, rolled: bool) -> Result<Vec<u32>, Fault> {
+    // An index out of bounds is kept within them: nobody else checks SPIR-V that is handed over as it is.
+    let checked = naga::proc::BoundsCheckPolicy::Restrict;
     let options = naga::back::spv::Options {
         lang_version: (1, 3),
         flags: naga::back::spv::WriterFlags::empty(),
+        bounds_check_policies: naga::proc::BoundsCheckPolicies {
+            index: checked,
+            buffer: checked,
+            ..Default::default()
+        },
         force_loop_bounding: rolled,
         ..Default::default()
     };
-    let words =
-        naga::back::spv::write_vec(&module, &info, &options, None).map_err(|e| Fault(e.to_string()))?;
+    let words = naga::back::spv::write_vec(module, info, &options, None).map_err(|e| Fault(e.to_string()))?;
     Ok(exact::forbid_contraction(words))
 }
 
@@ -122,8 +132,8 @@ pub fn compile(
             source: wgpu::ShaderSource::Wgsl(Cow::Borrowed(text)),
         }));
     }
-    let words = spirv(text, rolled)?;
-    let (module, _) = parse(text)?;
+    let (module, info) = parse(text)?;
+    let words = written(&module, &info, rolled)?;
     let entry = |e: &naga::EntryPoint| wgpu::PassthroughShaderEntryPoint {
         name: Cow::Owned(e.name.clone()),
         workgroup_size: e.workgroup_size.into(),
