@@ -6,6 +6,8 @@ struct Sizes {
     groups: u32,
     seams: u32,
     points: u32,
+    // Two for each seam, then those whose other side is elsewhere.
+    sides: u32,
     // Where in the topology the faces' corners, the groups' faces and the seams' points begin; offsets come first.
     face_offsets: u32,
     face_vertices: u32,
@@ -111,7 +113,7 @@ struct Turn {
 @compute @workgroup_size(WORKGROUP)
 fn carry(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let at = thread(id, groups);
-    if at >= sizes.points + 2u * sizes.seams {
+    if at >= sizes.points + sizes.sides {
         return;
     }
     let p = vec3<f32>(points[3u * at], points[3u * at + 1u], points[3u * at + 2u]);

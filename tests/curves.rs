@@ -6,8 +6,10 @@ use common::Random;
 use common::grid::{Wrap, grid, placed, tube_place};
 use common::run::run;
 use glam::DVec3;
-use knotmesh::curve::{FrameCurves, UNIFORM_SUBDIVISION, centripetal, neighbour, sampled_len, uniform};
+use knotmesh::curve::{FrameCurves, UNIFORM_SUBDIVISION};
 use knotmesh::knot::Settings;
+use knotmesh::knot::curve::{Segment, neighbour, sampled_len};
+use knotmesh::math::V3;
 use knotmesh::measure::clearance::clearance;
 use knotmesh::scene::SceneOptions;
 use knotmesh::template::TemplateLibrary;
@@ -22,6 +24,14 @@ fn collect(curves: &dyn CurveSource, yarn: usize) -> Vec<DVec3> {
         })
         .unwrap();
     points
+}
+
+fn centripetal(p: [DVec3; 4], t: f64) -> DVec3 {
+    Segment::centripetal(p.map(V3::of)).at(t).to_f64()
+}
+
+fn uniform(p: [DVec3; 4], t: f64) -> DVec3 {
+    Segment::uniform(p.map(V3::of)).at(t).to_f64()
 }
 
 /// The greatest distance of the uniform Catmull-Rom curve through a yarn's samples from the curve they were
@@ -52,7 +62,7 @@ fn uniform_splines_through_the_samples_stay_near_the_curve() {
             let control: Vec<DVec3> = range.map(|p| run.output.world(p)).collect();
             let samples = collect(&curves, yarn);
             let at = |points: &[DVec3], i: usize, k: isize| {
-                neighbour(i as isize + k, points.len(), closed, |j| points[j])
+                neighbour(i as isize + k, points.len(), closed, |j| V3::<f64>::of(points[j])).to_f64()
             };
             let segments = if closed { samples.len() } else { samples.len() - 1 };
             for i in 0..segments {

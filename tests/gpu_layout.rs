@@ -8,7 +8,7 @@
 #![cfg(feature = "gpu")]
 
 use knotmesh::backend::gpu::layout::{
-    self, COUNTS, Counts, KnotWords, Lists, ResultWords, Settings, Sizes, Variant,
+    self, COUNTS, Counts, CurveSizes, KnotWords, Lists, ResultWords, Settings, Sizes, Variant,
 };
 use knotmesh::backend::gpu::shader;
 use knotmesh::knot::table::{Block, GROUP, Grid, Table};
@@ -156,10 +156,12 @@ fn what_dispatches_are_told_and_what_comes_back() {
     shared!(&module, "KnotWords", KnotWords, u v half_length);
     shared!(&module, "FaceResult", ResultWords, energy_start energy status);
     let (module, _) = parsed(&shader::surface(64));
-    shared!(&module, "Sizes", Sizes, vertices faces groups seams points face_offsets face_vertices group_offsets
+    shared!(&module, "Sizes", Sizes, vertices faces groups seams points sides face_offsets face_vertices group_offsets
         group_faces seam_points moved bent turned);
     let (module, _) = parsed(&shader::arguments(64));
     shared!(&module, "Lists", Lists, count first_count);
+    let (module, _) = parsed(&shader::curve(64));
+    shared!(&module, "CurveSizes", CurveSizes, yarns begin end subdivide step first_sample);
 }
 
 /// Names, places and kinds of a stitch type's words, for every template with room of its own and with room for all.
@@ -321,7 +323,7 @@ fn tables() {
 /// Shaders of all kinds.
 fn texts() -> Vec<String> {
     let grid = Grid::default();
-    let mut texts = vec![shader::surface(64)];
+    let mut texts = vec![shader::surface(64), shader::curve(64)];
     for mode in [Mode::Relax, Mode::Embed] {
         for solver in [Solver::Safeguarded, Solver::GaussNewton] {
             let kernels = kernels(mode, &knot::Settings { solver, ..knot::Settings::default() });

@@ -6,12 +6,14 @@ mod common;
 use common::grid::{Wrap, grid};
 use glam::{DMat3, DVec3};
 use knotmesh::backend::gpu::{Adapter, GpuBackend, GpuOptions, OnCpu};
-use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, Skipped};
+use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, Skipped, Wanted};
+use knotmesh::curve::FrameCurves;
 use knotmesh::io::smobj;
 use knotmesh::knot::{Settings, Start};
 use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::{Scene, SceneOptions};
 use knotmesh::template::TemplateLibrary;
+use knotmesh::yarn::CurveSource;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -164,6 +166,81 @@ fn frames_told_ahead() {
         compare(&lace(), start, Skip::default(), &MOTIONS, [false, true]);
         compare(&lace(), start, Skip::default(), &["part", "noise"], [true, true]);
     }
+}
+
+/// What is skipped does not depend on how many parts the scene is in.
+#[test]
+fn in_parts() {
+    let Some(adapter) = common::gpu::adapter() else { return };
+    let options = GpuOptions { most_bytes: Some(6_000), ..GpuOptions::default() };
+    for (mesh, start, ways) in [
+        (swatch(), Start::Table, [false, true]),
+        (lace(), Start::Affine, [false, false]),
+        (lace(), Start::Previous, [true, true]),
+    ] {
+        if let Err(words) = compared(&adapter, options, &mesh, (start, Skip::default()), &MOTIONS, ways) {
+            panic!("{words}");
+        }
+    }
+}
+
+/// Samples of curves, frame by frame, where faces are skipped; knots stay on the device.
+#[test]
+fn what_is_wanted() {
+    let Some(adapter) = common::gpu::adapter() else { return };
+    let mesh = lace();
+    let scene =
+        Arc::new(Scene::compile(&mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap());
+    let running = Running { threads: 1, ..Running::default() };
+    for start in [Start::Affine, Start::Previous] {
+        let settings = Settings { start, ..Settings::default() };
+        let mut cpu = CpuBackend::<f32>::new(scene.clone(), &settings, &running).unwrap();
+        let mut gpu =
+            GpuBackend::new(scene.clone(), &settings, &running, &GpuOptions::default(), &adapter, None)
+                .unwrap();
+        let [mut a, mut b] = [FrameOutput::default(), FrameOutput::default()];
+        for frame in 0..4 * FRAMES {
+            let motion = ["part", "rigid", "noise", "still"][frame / FRAMES];
+            let positions = moved(&mesh, motion, frame % FRAMES);
+            // It is said anew now and then what is wanted.
+            let wanted = Wanted { knots: frame % 5 == 3, curves: [3, 0, 2][frame / 6 % 3] };
+            gpu.set_wanted(wanted).unwrap();
+            cpu.frame(&positions, &mut a).unwrap();
+            gpu.frame(&positions, &mut b).unwrap();
+            let subdivide = wanted.curves;
+            if b.skipped.unmoved < scene.face_count {
+                assert_eq!(b.curves.subdivide, subdivide, "frame {frame}");
+            }
+            if !gpu.is_exact() {
+                continue;
+            }
+            for subdivide in [0, subdivide] {
+                let [x, y] = [&a, &b].map(|o| samples(&scene, o, subdivide));
+                let off = x.iter().zip(&y).filter(|(p, q)| p != q).count();
+                assert_eq!(
+                    (x.len(), off),
+                    (y.len(), 0),
+                    "{start:?} {motion} frame {frame}: samples that differ"
+                );
+            }
+            if wanted.knots && b.skipped.unmoved < scene.face_count {
+                assert_eq!(a.knots.len(), b.knots.len(), "frame {frame}");
+            }
+        }
+    }
+}
+
+fn samples(scene: &Scene, output: &FrameOutput<f32>, subdivide: usize) -> Vec<DVec3> {
+    let curves = FrameCurves::new(scene, output, subdivide, None);
+    let mut all = Vec::new();
+    for yarn in 0..curves.yarn_count() {
+        let mut sink = |points: &[DVec3]| {
+            all.extend_from_slice(points);
+            Ok(())
+        };
+        curves.visit(yarn, &mut sink).unwrap();
+    }
+    all
 }
 
 /// A frame that was told wrong is solved all the same.

@@ -229,6 +229,8 @@ impl<T: Precision> Backend<T> for CpuBackend<T> {
     }
 
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()> {
+        // Curves are sampled as they are written: that takes no memory.
+        output.curves.subdivide = 0;
         let continued = self.stamp != 0 && output.stamp == self.stamp;
         // With the previous frame's start, a face that stands still goes on towards its optimum.
         let known = continued && !self.sight.anew && self.start != Start::Previous;

@@ -70,6 +70,21 @@ pub trait Backend<T: Scalar> {
     /// Another number of faces than the mesh has.
     fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()>;
 
+    /// Says what is wanted of the next frames, so that a device need not bring back all there is. Knots stay wanted with
+    /// the start at the previous frame's result where another backend may have to go on.
+    ///
+    /// # Errors
+    /// A device without room for it.
+    fn set_wanted(&mut self, _wanted: Wanted) -> Result<()> {
+        Ok(())
+    }
+
+    /// Seconds that the device itself says the passes of the last frame took, by name; none where nothing was to be done,
+    /// nobody asked for times or the device takes none.
+    fn device_times(&self) -> &[(&'static str, f64)] {
+        &[]
+    }
+
     /// What became of the stitch types' tables; the tables themselves are with the kernels.
     fn tables(&self) -> &Tables;
 
@@ -87,7 +102,9 @@ pub struct FrameOutput<T> {
     pub gauge: f64,
     /// `[point]` control points in the order of [`crate::scene::Yarns`].
     pub points: Vec<V3<T>>,
-    /// `[knot]` end states, in batch order.
+    /// Samples of the curves through them, where they were asked for and the backend makes them.
+    pub curves: SampledCurves<T>,
+    /// `[knot]` end states, in batch order; none where nobody asked for them and the backend can keep them to itself.
     pub knots: Vec<KnotState<T>>,
     /// `[face]` in batch order.
     pub faces: Vec<FaceResult<T>>,
@@ -96,6 +113,38 @@ pub struct FrameOutput<T> {
     /// Tell a backend whether a frame of its own is in here, and whether it is the last one.
     backend: u64,
     stamp: u64,
+}
+
+/// The yarns' curves, sampled.
+#[derive(Clone, Debug)]
+pub struct SampledCurves<T> {
+    /// Extra points a segment; 0 where there are no samples.
+    pub subdivide: usize,
+    /// `[sample]` yarn after yarn ([`crate::scene::Yarns::first_sample`]), as places are given.
+    pub points: Vec<V3<T>>,
+}
+
+impl<T> Default for SampledCurves<T> {
+    fn default() -> Self {
+        Self { subdivide: 0, points: Vec::new() }
+    }
+}
+
+/// What of a frame is wanted, beyond control points and how each face ended. What is not may be left out of the output,
+/// or not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wanted {
+    /// Knots.
+    pub knots: bool,
+    /// Samples of curves, with so many extra points a segment; 0 for none. Where a backend makes none,
+    /// [`crate::curve::FrameCurves`] does.
+    pub curves: usize,
+}
+
+impl Default for Wanted {
+    fn default() -> Self {
+        Self { knots: true, curves: 0 }
+    }
 }
 
 /// In place of a backend's name: the knots are starts that somebody gave.
@@ -107,6 +156,7 @@ impl<T> Default for FrameOutput<T> {
             origin: DVec3::ZERO,
             gauge: 1.0,
             points: Vec::new(),
+            curves: SampledCurves::default(),
             knots: Vec::new(),
             faces: Vec::new(),
             skipped: Skipped::default(),

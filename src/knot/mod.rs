@@ -3,6 +3,7 @@
 //! Generic over the scalar: f64 is the reference, f32 its twin in the same order of operations. All lengths
 //! are in template units, all places relative to the face's first corner.
 
+pub mod curve;
 pub mod energy;
 pub mod factor;
 pub mod frame;

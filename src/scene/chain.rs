@@ -16,6 +16,8 @@ pub struct Yarns {
     pub offsets: Vec<u32>,
     /// `[yarn]` closed yarns do not repeat their first point.
     pub closed: Vec<bool>,
+    /// `[yarn + 1]` how many of the yarns before have ends (and points).
+    pub with_ends: Vec<u32>,
     /// Strands of all faces in batch order.
     pub strands: Vec<StrandPlace>,
     /// `[seam]` control points that two faces share: each is the mean of what they say.
@@ -90,6 +92,13 @@ impl Yarns {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.closed.is_empty()
+    }
+
+    /// Where a yarn's samples begin among those of all yarns, with `subdivide` extra ones a segment. Of yarn
+    /// [`Yarns::len`], how many there are.
+    pub fn first_sample(&self, yarn: usize, subdivide: usize) -> usize {
+        // Each yarn with ends has a segment less than points.
+        self.offsets[yarn] as usize * (subdivide + 1) - self.with_ends[yarn] as usize * subdivide
     }
 
     /// The points of a yarn.
@@ -205,8 +214,12 @@ fn link(
 }
 
 fn walk(strands: &Strands, links: &[u32], count: u32) -> Yarns {
-    let mut yarns =
-        Yarns { offsets: vec![0], strands: vec![StrandPlace::default(); count as usize], ..Yarns::default() };
+    let mut yarns = Yarns {
+        offsets: vec![0],
+        with_ends: vec![0],
+        strands: vec![StrandPlace::default(); count as usize],
+        ..Yarns::default()
+    };
     let mut seen = vec![false; count as usize];
     let mut path: Vec<u32> = Vec::new();
     for lowest in 0..count {
@@ -312,6 +325,8 @@ fn emit(strands: &Strands, path: &[u32], closed: bool, yarns: &mut Yarns) {
     }
     yarns.offsets.push(next);
     yarns.closed.push(closed);
+    let before = yarns.with_ends[yarns.closed.len() - 1];
+    yarns.with_ends.push(before + u32::from(!closed && yarns.offsets[yarns.closed.len() - 1] < next));
 }
 
 impl Yarns {

@@ -2,6 +2,7 @@
 
 use crate::common::Random;
 use glam::DVec3;
+use knotmesh::Error;
 use knotmesh::backend::gpu::{Adapter, GpuBackend, GpuOptions};
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip};
 use knotmesh::knot::Settings;
@@ -77,9 +78,12 @@ impl<'a> Case<'a> {
     }
 
     pub fn device(&self, adapter: &Adapter, options: &GpuOptions) -> GpuBackend {
+        self.try_device(adapter, options).expect("the device takes it")
+    }
+
+    pub fn try_device(&self, adapter: &Adapter, options: &GpuOptions) -> Result<GpuBackend, Error> {
         let cache = tables();
         GpuBackend::new(self.scene.clone(), &self.settings, &self.running(), options, adapter, Some(&cache))
-            .expect("the device takes it")
     }
 
     /// The frames by the CPU.

@@ -10,9 +10,11 @@
 mod case;
 #[path = "../common/mod.rs"]
 mod common;
+mod curves;
 mod faults;
 mod frames;
 mod independence;
+mod parts;
 mod record;
 mod stages;
 mod twin;

@@ -5,7 +5,7 @@
 use crate::case::{Case, JOINT, compiled, tables};
 use crate::common::faces::{faces, motion};
 use crate::common::gpu::adapter;
-use crate::frames::{chosen, compiles_fast, everything};
+use crate::frames::{chosen, everything, own};
 use crate::record::{Row, Rows, record};
 use crate::twin::{Face, Stages, stages};
 use knotmesh::backend::gpu::{GpuOptions, trace};
@@ -160,10 +160,8 @@ fn from_tables() {
 
 #[test]
 fn of_own_shaders() {
-    if adapter().filter(compiles_fast).is_none() {
-        return;
-    }
-    let mesh = faces(&chosen()[..2], |t| 33 + t);
+    let Some(adapter) = adapter() else { return };
+    let mesh = faces(&own(&adapter).0, |t| 133 + t);
     let options = GpuOptions { own_shaders: true, ..JOINT };
     let way = (Mode::Relax, Coordinates::Wachspress);
     all_seen(&compare(&mesh, way, Settings::default(), &options, 14), 9);

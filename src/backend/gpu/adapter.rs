@@ -121,7 +121,8 @@ impl Adapter {
     pub(super) fn open(&self) -> Result<Device> {
         let limits = self.0.limits();
         let exact = takes_spirv(&self.0);
-        let wanted = if exact { wgpu::Features::PASSTHROUGH_SHADERS } else { wgpu::Features::empty() };
+        let mut wanted = self.0.features() & wgpu::Features::TIMESTAMP_QUERY;
+        wanted.set(wgpu::Features::PASSTHROUGH_SHADERS, exact);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("knotmesh"),
             required_features: wanted,
@@ -138,7 +139,9 @@ impl Adapter {
         device.set_device_lost_callback(move |reason, message| {
             keep(&sink, format!("the device was lost ({reason:?}): {message}"));
         });
-        Ok(Device { device, queue, limits, exact, faults, name: self.report().to_string() })
+        let report = self.report();
+        let (software, name) = (report.is_software(), report.to_string());
+        Ok(Device { device, queue, limits, exact, software, faults, name })
     }
 }
 
@@ -168,6 +171,8 @@ pub(super) struct Device {
     pub limits: wgpu::Limits,
     /// Whether shaders run as they are written.
     pub exact: bool,
+    /// Whether it is a program on the CPU.
+    pub software: bool,
     faults: Arc<Mutex<Option<String>>>,
     name: String,
 }

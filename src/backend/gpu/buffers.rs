@@ -1,8 +1,10 @@
 //! A scene's buffers on the device.
 
+use super::GpuOptions;
 use super::adapter::Device;
 use super::layout::Sizes;
-use crate::scene::{Batch, Scene};
+use super::slice::Slice;
+use crate::scene::Scene;
 use crate::{Error, Result};
 use wgpu::BufferUsages;
 
@@ -13,6 +15,9 @@ pub(super) struct BatchPlaces {
     pub corners: u32,
     pub strands: u32,
     pub faces: u32,
+    /// Among results and knots.
+    pub first_face: u32,
+    pub first_knot: u32,
     /// Words of the lists.
     pub count: u32,
     pub entry: u32,
@@ -29,6 +34,9 @@ pub(super) struct Places {
     /// Word of the surface where bits of faces that are seen begin.
     pub seen: u32,
     pub batches: Vec<BatchPlaces>,
+    /// Own faces, and their knots.
+    pub faces: u64,
+    pub knots: u64,
     /// Words of the surface, of the lists, of shapes, of known shapes.
     pub surface: u64,
     pub lists: u64,
@@ -47,31 +55,36 @@ pub(super) struct Topology {
 }
 
 impl Topology {
-    pub fn new(scene: &Scene) -> Result<Self> {
+    /// That of a part of a scene; `None` where it has more words than a shader can number.
+    pub fn new(scene: &Scene, slice: &Slice) -> Option<Self> {
         let mut topology = Self::default();
-        let groups = scene.corner_groups.as_ref();
-        let seams = &scene.yarns.seams;
-        let (vertices, faces) = (scene.vertex_count as u32, scene.face_places.len() as u32);
-        let group_count = groups.map_or(0, |g| g.len() as u32);
-        let moved = 3 * (u64::from(vertices) + u64::from(faces) + u64::from(group_count));
+        let numbering = slice.numbering(scene);
+        let (vertices, faces) = (slice.vertices.len() as u32, slice.faces.len() as u32);
+        let groups = slice.groups.len() as u32;
+        let moved = 3 * (u64::from(vertices) + u64::from(faces) + u64::from(groups));
         let bent = moved + u64::from(vertices.div_ceil(32));
         let turned = bent + u64::from(faces);
-        let seen = turned + u64::from(group_count);
+        let seen = turned + u64::from(groups);
+        let [face_offsets, face_vertices] = numbering.face_vertices();
+        let [group_offsets, group_faces] = numbering.group_faces();
         let sizes = Sizes {
             vertices,
             faces,
-            groups: group_count,
-            seams: seams.len() as u32,
-            points: scene.yarns.point_count() as u32,
-            face_offsets: topology.add(&scene.face_offsets)?,
-            face_vertices: topology.add(&scene.face_vertices)?,
-            group_offsets: topology.add(groups.map_or(&[0][..], |g| &g.offsets))?,
-            group_faces: topology.add(groups.map_or(&[][..], |g| &g.faces))?,
-            seam_points: topology.add(seams)?,
+            groups,
+            seams: slice.seams.len() as u32,
+            points: slice.points.len() as u32,
+            sides: slice.side_count() as u32,
+            face_offsets: topology.add(&face_offsets)?,
+            face_vertices: topology.add(&face_vertices)?,
+            group_offsets: topology.add(&group_offsets)?,
+            group_faces: topology.add(&group_faces)?,
+            seam_points: topology.add(&numbering.seam_points())?,
             moved: word(moved)?,
             bent: word(bent)?,
             turned: word(turned)?,
         };
+        // A float each for x, y and z.
+        word(3 * (u64::from(sizes.points) + u64::from(sizes.sides)))?;
         let mut places = Places {
             sizes,
             seen: word(seen)?,
@@ -81,58 +94,97 @@ impl Topology {
         };
         for (b, batch) in scene.batches.iter().enumerate() {
             let stencil = &scene.stencils[batch.stencil];
-            let count = stencil.strand_offsets.len() - 1;
-            let strands = &scene.yarns.strands[batch.first_strand..][..batch.faces.len() * count];
-            let strands: Vec<u32> = strands.iter().flat_map(|s| s.words()).collect();
-            let faces: Vec<u32> = batch.faces.iter().map(|f| f.0).collect();
+            let count = slice.batches[b].len();
             places.batches.push(BatchPlaces {
-                corners: topology.add(&corners(scene, batch))?,
-                strands: topology.add(&strands)?,
-                faces: topology.add(&faces)?,
+                corners: topology.add(&numbering.corners(b))?,
+                strands: topology.add(&numbering.strands(b))?,
+                faces: topology.add(&numbering.mesh_faces(b))?,
+                first_face: word(places.faces)?,
+                first_knot: word(places.knots)?,
                 count: word((SKIP_COUNTS + 2 * b) as u64)?,
                 entry: word(places.lists)?,
                 shape: word(places.shapes)?,
                 known: word(places.known)?,
             });
-            let n = stencil.corner_count;
-            places.lists += faces.len() as u64;
-            places.shapes += (faces.len() * (2 * n - 1)) as u64;
-            places.known += 2 * (2 * n + 2 + 3 * stencil.knot_count()) as u64;
+            let (n, k) = (stencil.corner_count, stencil.knot_count());
+            places.faces += count as u64;
+            places.knots += (count * k) as u64;
+            places.lists += count as u64;
+            places.shapes += (count * (2 * n - 1)) as u64;
+            places.known += 2 * (2 * n + 2 + 3 * k) as u64;
         }
         topology.places = places;
-        Ok(topology)
+        Some(topology)
     }
 
-    fn add(&mut self, words: &[u32]) -> Result<u32> {
+    /// Bytes of the largest of the part's buffers that shaders see.
+    pub fn largest(&self) -> u64 {
+        let places = &self.places;
+        let Places { surface, lists, shapes, known, .. } = places;
+        let points = 3 * (u64::from(places.sizes.points) + u64::from(places.sizes.sides));
+        let words = [*surface, *lists, *shapes, *known, points, 3 * places.knots, 3 * places.faces];
+        4 * words.into_iter().fold(self.words.len() as u64, u64::max)
+    }
+
+    fn add(&mut self, words: &[u32]) -> Option<u32> {
         let at = word(self.words.len() as u64)?;
         self.words.extend_from_slice(words);
-        Ok(at)
+        Some(at)
     }
 }
 
-fn word(at: u64) -> Result<u32> {
-    u32::try_from(at).map_err(|_| Error::invalid("more words than a GPU can number: split the mesh"))
+fn word(at: u64) -> Option<u32> {
+    u32::try_from(at).ok()
 }
 
-/// `[face][corner]` vertex and index of the normal in the surface's buffer.
-fn corners(scene: &Scene, batch: &Batch) -> Vec<u32> {
-    let n = scene.stencils[batch.stencil].corner_count;
-    let (vertices, faces) = (scene.vertex_count as u32, scene.face_places.len() as u32);
-    let mut words = Vec::with_capacity(2 * batch.corners.len());
-    for (i, vertex) in batch.corners.iter().enumerate() {
-        let normal = match &scene.corner_groups {
-            Some(groups) => vertices + faces + groups.of_vertex[*vertex as usize],
-            None => vertices + batch.faces[i / n].0,
+/// A scene in as few parts as fit a device whose shaders see so many bytes of a buffer.
+pub(super) fn parts(scene: &Scene, most: u64) -> Result<Vec<(Slice, Topology)>> {
+    let faces = scene.face_places.len() as u64;
+    let mut count = 1;
+    loop {
+        let slice = |i: u64| match count {
+            1 => Slice::whole(scene),
+            _ => Slice::of_faces(scene, (faces * i / count) as u32..(faces * (i + 1) / count) as u32),
         };
-        words.extend([*vertex, normal]);
+        let (mut parts, mut largest) = (Vec::new(), 0);
+        for i in 0..count {
+            let slice = slice(i);
+            let Some(topology) = Topology::new(scene, &slice) else {
+                largest = u64::MAX;
+                break;
+            };
+            largest = largest.max(topology.largest());
+            if largest > most {
+                break;
+            }
+            parts.push((slice, topology));
+        }
+        if largest <= most {
+            return Ok(parts);
+        }
+        if count >= faces {
+            return Err(Error::invalid(format_args!(
+                "buffers of {most} bytes do not hold a stitch: take --device cpu"
+            )));
+        }
+        // A little more than what one part lacked, for parts share what lies between them.
+        let lacking = if largest == u64::MAX { 2.0 } else { largest as f64 / most.max(1) as f64 };
+        count = faces.min((count as f64 * lacking * 1.02) as u64 + 1);
     }
-    words
 }
 
 /// Makes buffers, within the device's limits.
 pub(super) struct Maker<'a>(pub &'a Device);
 
 impl Maker<'_> {
+    /// How many bytes of a buffer shaders see at most.
+    pub fn most(&self, options: &GpuOptions) -> u64 {
+        let limits = &self.0.limits;
+        // What comes back of a part is in one buffer: points, knots and results.
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size / 3);
+        options.most_bytes.map_or(most, |bytes| bytes.min(most))
+    }
+
     /// An empty buffer of so many bytes that shaders see.
     pub fn storage(&self, name: &str, bytes: u64, more: BufferUsages) -> Result<wgpu::Buffer> {
         let limits = &self.0.limits;
@@ -156,6 +208,11 @@ impl Maker<'_> {
     /// A buffer of dispatches' sizes.
     pub fn dispatches(&self, count: usize) -> wgpu::Buffer {
         self.any("dispatches", 12 * count as u64, BufferUsages::STORAGE | BufferUsages::INDIRECT)
+    }
+
+    /// A buffer that timestamps are put into.
+    pub fn timestamps(&self, bytes: u64) -> wgpu::Buffer {
+        self.any("timestamps", bytes, BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC)
     }
 
     /// A buffer of a few settings.

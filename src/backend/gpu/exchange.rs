@@ -3,7 +3,8 @@
 use super::buffers::SKIP_COUNTS;
 use super::frame::Into;
 use super::layout::{self, KnotWords, ResultWords, Turn};
-use super::{GpuBackend, MOST_GROUPS, OnCpu};
+use super::part::Part;
+use super::{GpuBackend, MOST_GROUPS, OnCpu, PASSES};
 use crate::Result;
 use crate::backend::rigid::Motion;
 use crate::backend::{CpuBackend, FrameOutput, Skip, Skipped, unsolved};
@@ -22,36 +23,48 @@ impl GpuBackend {
     /// Sends what is new of a frame.
     pub(super) fn send(&mut self, into: Into) {
         let chooses = self.chooses();
-        let known = if chooses { self.known_words() } else { Vec::new() };
-        let queue = &self.device.queue;
-        let Into { own, continued, .. } = into;
-        let given = self.start == Start::Previous && own;
-        if given && !continued {
-            let words: Vec<KnotWords> = into.knots.iter().map(|k| knot_words(*k)).collect();
-            queue.write_buffer(&self.buffers.knots, 0, bytemuck::cast_slice(&words));
-        }
-        queue.write_buffer(&self.buffers.surface, 0, bytemuck::cast_slice(floats(&self.surface.local)));
-        if self.options.on_cpu == OnCpu::Surface {
-            let at = 12 * self.surface.local.len();
-            let normals = [floats(&self.surface.areas), floats(&self.surface.normals)].concat();
-            queue.write_buffer(&self.buffers.surface, at as u64, bytemuck::cast_slice(&normals));
-        }
-        if let Some(twin) = &self.twin {
-            self.send_twin(&twin.0, &twin.1);
-        }
         if chooses {
-            let at = |word: u32| 4 * u64::from(word);
-            let moved = bits(&self.surface.moved);
-            queue.write_buffer(
-                &self.buffers.surface,
-                at(self.places.sizes.moved),
-                bytemuck::cast_slice(&moved),
-            );
-            if let Some(seen) = &self.sight.faces {
-                let seen = bits(seen);
-                queue.write_buffer(&self.buffers.surface, at(self.places.seen), bytemuck::cast_slice(&seen));
+            self.find_known();
+        }
+        let Into { own, continued, .. } = into;
+        let given = self.start == Start::Previous && own && into.knots.len() == self.scene.knot_count;
+        let given = given || self.start == Start::Previous && continued;
+        let queue = &self.device.queue;
+        let write = |buffer: &wgpu::Buffer, at: u64, bytes: &[u8]| {
+            if !bytes.is_empty() {
+                queue.write_buffer(buffer, at, bytes);
             }
-            queue.write_buffer(&self.buffers.known, 0, bytemuck::cast_slice(&known));
+        };
+        for part in &self.parts {
+            let Part { slice, places, buffers, .. } = part;
+            let sizes = &places.sizes;
+            if given && !continued {
+                self.send_knots(part, into.knots);
+            }
+            let local = slice.vertices.gather(&self.surface.local);
+            write(&buffers.surface, 0, bytemuck::cast_slice(floats(&local)));
+            if self.options.on_cpu == OnCpu::Surface {
+                let areas = slice.faces.gather(&self.surface.areas);
+                let normals = slice.groups.gather(&self.surface.normals);
+                let at = 12 * u64::from(sizes.vertices);
+                write(&buffers.surface, at, bytemuck::cast_slice(floats(&areas)));
+                let at = at + 12 * u64::from(sizes.faces);
+                write(&buffers.surface, at, bytemuck::cast_slice(floats(&normals)));
+            }
+            if let Some(twin) = &self.twin {
+                self.send_twin(part, &twin.0, &twin.1);
+            }
+            if chooses {
+                let at = |word: u32| 4 * u64::from(word);
+                let scratch = &mut self.scratch;
+                bits(&slice.vertices.gather(&self.surface.moved), scratch);
+                write(&buffers.surface, at(sizes.moved), bytemuck::cast_slice(scratch));
+                if let Some(seen) = &self.sight.faces {
+                    bits(&slice.faces.gather(seen), scratch);
+                    write(&buffers.surface, at(places.seen), bytemuck::cast_slice(scratch));
+                }
+                write(&buffers.known, 0, bytemuck::cast_slice(&self.known));
+            }
         }
         let Skip { unmoved, rigid, rest, shared, .. } = self.running.skip;
         let flags = [unmoved, rigid, rest, shared, self.sight.faces.is_none()];
@@ -61,7 +74,7 @@ impl GpuBackend {
             _ if chooses => layout::SOLVE_LIST,
             _ => layout::DIRECT,
         };
-        for batch in self.batches.iter_mut().flatten() {
+        for batch in self.parts.iter_mut().flat_map(|p| p.batches.iter_mut().flatten()) {
             batch.tell(&self.device.queue, |settings| {
                 settings.given = u32::from(given);
                 settings.near = u32::from(continued);
@@ -72,25 +85,47 @@ impl GpuBackend {
         }
     }
 
+    /// Sends the knots of a part.
+    fn send_knots(&self, part: &Part, knots: &[KnotState<f32>]) {
+        for b in 0..self.scene.batches.len() {
+            let [here, there] = part.knot_ranges(&self.scene, b);
+            if !here.is_empty() {
+                let words: Vec<KnotWords> = knots[there].iter().map(|k| knot_words(*k)).collect();
+                let at = 12 * here.start as u64;
+                self.device.queue.write_buffer(&part.buffers.knots, at, bytemuck::cast_slice(&words));
+            }
+        }
+    }
+
     /// Sends what the CPU found.
-    pub(super) fn send_twin(&self, twin: &CpuBackend<f32>, found: &FrameOutput<f32>) {
+    fn send_twin(&self, part: &Part, twin: &CpuBackend<f32>, found: &FrameOutput<f32>) {
         let queue = &self.device.queue;
-        let knots: Vec<KnotWords> = found.knots.iter().map(|k| knot_words(*k)).collect();
-        queue.write_buffer(&self.buffers.knots, 0, bytemuck::cast_slice(&knots));
-        let results = found.faces.iter().map(|f| ResultWords {
-            energy_start: f.energy_start,
-            energy: f.energy,
-            status: f.status as u32,
-        });
-        let results: Vec<ResultWords> = results.collect();
-        queue.write_buffer(&self.buffers.results, 0, bytemuck::cast_slice(&results));
-        let points = [floats(&found.points), floats(twin.sides())].concat();
-        queue.write_buffer(&self.buffers.points, 0, bytemuck::cast_slice(&points));
+        self.send_knots(part, &found.knots);
+        for b in 0..self.scene.batches.len() {
+            let [here, there] = part.result_ranges(&self.scene, b);
+            if here.is_empty() {
+                continue;
+            }
+            let results = found.faces[there].iter().map(|f| ResultWords {
+                energy_start: f.energy_start,
+                energy: f.energy,
+                status: f.status as u32,
+            });
+            let results: Vec<ResultWords> = results.collect();
+            queue.write_buffer(&part.buffers.results, 12 * here.start as u64, bytemuck::cast_slice(&results));
+        }
+        let slice = &part.slice;
+        let mut points = slice.points.gather(&found.points).into_owned();
+        let sides = twin.sides();
+        points.extend(slice.seams.iter().flat_map(|s| [2 * s, 2 * s + 1]).map(|side| sides[side as usize]));
+        points.extend(slice.open.iter().map(|side| sides[*side as usize]));
+        queue.write_buffer(&part.buffers.points, 0, bytemuck::cast_slice(floats(&points)));
     }
 
     /// The shapes whose solve is known, the first faces' brought up to date.
-    pub(super) fn known_words(&mut self) -> Vec<u32> {
-        let mut words = Vec::with_capacity(self.places.known as usize);
+    fn find_known(&mut self) {
+        let words = &mut self.known;
+        words.clear();
         let batches = self.scene.batches.iter().zip(&self.kernels);
         for ((batch, kernel), (rest, first)) in batches.zip(self.rests.iter().zip(&mut self.firsts)) {
             let (n, k) = (kernel.stencil.corner_count, kernel.stencil.knot_count());
@@ -114,7 +149,6 @@ impl GpuBackend {
                 words.resize(begin + 2 * n + 2 + 3 * k, 0);
             }
         }
-        words
     }
 
     pub(super) fn dispatch(
@@ -132,84 +166,164 @@ impl GpuBackend {
         pass.dispatch_workgroups(across, groups.div_ceil(across), 1);
     }
 
-    /// Everything from places to control points.
+    /// Begins one of the [`PASSES`].
+    fn pass<'a>(&self, encoder: &'a mut wgpu::CommandEncoder, index: usize) -> wgpu::ComputePass<'a> {
+        encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(PASSES[index]),
+            timestamp_writes: self.timer.as_ref().map(|t| t.writes(index)),
+        })
+    }
+
+    /// Everything from places to control points, and to curves where they are wanted.
     pub(super) fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
         let chooses = self.chooses();
+        let on_cpu = self.options.on_cpu;
         if chooses {
-            let header = 4 * (SKIP_COUNTS + 2 * self.batches.len()) as u64;
-            encoder.clear_buffer(&self.buffers.lists, 0, Some(header));
-        }
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_bind_group(0, &self.surface_group, &[]);
-        if self.options.on_cpu != OnCpu::Surface {
-            self.dispatch(&mut pass, &self.areas, self.places.sizes.faces);
-            self.dispatch(&mut pass, &self.normals, self.places.sizes.groups);
-        }
-        if chooses {
-            for batch in self.batches.iter().flatten() {
-                pass.set_bind_group(0, &batch.choose_group, &[]);
-                self.dispatch(&mut pass, &batch.choose, batch.face_count());
+            let header = 4 * (SKIP_COUNTS + 2 * self.types.len()) as u64;
+            for part in &self.parts {
+                encoder.clear_buffer(&part.buffers.lists, 0, Some(header));
             }
-            pass.set_bind_group(0, &self.arguments_group, &[]);
-            self.dispatch(&mut pass, &self.arguments, 2 * self.batches.len() as u32);
         }
-        let mut order: Vec<_> = self.batches.iter().enumerate().collect();
+        let mut pass = self.pass(encoder, 0);
+        for part in self.parts.iter().filter(|_| on_cpu != OnCpu::Surface) {
+            pass.set_bind_group(0, &part.surface_group, &[]);
+            self.dispatch(&mut pass, &self.shared.areas, part.places.sizes.faces);
+            self.dispatch(&mut pass, &self.shared.normals, part.places.sizes.groups);
+        }
+        drop(pass);
+        let mut pass = self.pass(encoder, 1);
+        for part in self.parts.iter().filter(|_| chooses) {
+            for (batch, of_type) in part.batches.iter().zip(&self.types) {
+                let choose = of_type.as_ref().and_then(|t| t.choose.as_ref());
+                if let (Some(batch), Some(choose)) = (batch, choose) {
+                    pass.set_bind_group(0, &batch.choose_group, &[]);
+                    self.dispatch(&mut pass, choose, batch.face_count());
+                }
+            }
+            pass.set_bind_group(0, &part.arguments_group, &[]);
+            self.dispatch(&mut pass, &self.shared.arguments, 2 * self.types.len() as u32);
+        }
+        drop(pass);
+        let mut pass = self.pass(encoder, 2);
+        for part in self.parts.iter().filter(|_| on_cpu < OnCpu::Points) {
+            self.stitches(&mut pass, part, chooses);
+        }
+        drop(pass);
+        let mut pass = self.pass(encoder, 3);
+        for part in &self.parts {
+            pass.set_bind_group(0, &part.surface_group, &[]);
+            self.dispatch(&mut pass, &self.shared.join, part.places.sizes.seams);
+        }
+        drop(pass);
+        self.encode_curves(encoder);
+    }
+
+    fn stitches(&self, pass: &mut wgpu::ComputePass, part: &Part, chooses: bool) {
+        let mut order: Vec<usize> = (0..self.types.len()).collect();
         if self.options.order != 0 {
             fastrand::Rng::with_seed(self.options.order).shuffle(&mut order);
         }
-        for (b, batch) in order {
-            let Some(batch) = batch.as_ref().filter(|_| self.options.on_cpu < OnCpu::Points) else {
-                continue;
-            };
+        for b in order {
+            let (Some(batch), Some(of_type)) = (&part.batches[b], &self.types[b]) else { continue };
             if !chooses {
                 pass.set_bind_group(0, &batch.stitch_groups[0], &[]);
-                self.dispatch(&mut pass, &batch.stitch, batch.face_count());
+                self.dispatch(pass, &of_type.stitch, batch.face_count());
                 continue;
             }
-            pass.set_pipeline(&batch.stitch);
+            pass.set_pipeline(&of_type.stitch);
             for (list, group) in batch.stitch_groups.iter().enumerate() {
                 pass.set_bind_group(0, group, &[]);
-                pass.dispatch_workgroups_indirect(&self.buffers.dispatches, 12 * (2 * b + list) as u64);
+                pass.dispatch_workgroups_indirect(&part.buffers.dispatches, 12 * (2 * b + list) as u64);
             }
         }
-        pass.set_bind_group(0, &self.surface_group, &[]);
-        self.dispatch(&mut pass, &self.join, self.places.sizes.seams);
+    }
+
+    fn encode_curves(&self, encoder: &mut wgpu::CommandEncoder) {
+        let mut pass = self.pass(encoder, 4);
+        if let Some(curves) = &self.curves {
+            for window in &curves.windows {
+                pass.set_bind_group(0, &window.group, &[]);
+                self.dispatch(&mut pass, &curves.pipeline, window.points.len() as u32);
+            }
+        }
+        drop(pass);
+        if let Some(timer) = &self.timer {
+            timer.resolve(encoder);
+        }
+    }
+
+    /// Has what is wanted of a frame copied to where it comes back; the knots and results of one that was only turned along
+    /// are as they were.
+    pub(super) fn fetch(&self, encoder: &mut wgpu::CommandEncoder, turned: bool) {
+        for part in &self.parts {
+            let (buffers, comes) = (&part.buffers, self.comes(part, turned));
+            let sizes = &part.places.sizes;
+            let open = 12 * (u64::from(sizes.points) + u64::from(2 * sizes.seams));
+            let from = [
+                (&buffers.points, 0),
+                (&buffers.points, open),
+                (&buffers.knots, 0),
+                (&buffers.results, 0),
+                (&buffers.lists, 0),
+            ];
+            let all: Vec<_> = from.into_iter().zip(comes).map(|((b, at), n)| (b, at, n as u64)).collect();
+            part.readback.copy(encoder, &all);
+        }
+        if let Some(curves) = &self.curves {
+            curves.copy(encoder);
+        }
+    }
+
+    /// Bytes that come back of a part: points, sides of seams with other parts, knots, results, counts of what was skipped.
+    fn comes(&self, part: &Part, turned: bool) -> [usize; 5] {
+        let points = if self.curves.is_some() { 0 } else { 12 * part.slice.points.len() };
+        if turned {
+            return [points, 0, 0, 0, 0];
+        }
+        let knots = if self.wanted.knots { 12 * part.places.knots as usize } else { 0 };
+        let counts = if self.chooses() { 4 * SKIP_COUNTS } else { 0 };
+        [points, 12 * part.slice.open.len(), knots, 12 * part.places.faces as usize, counts]
     }
 
     /// Waits for the frame.
-    pub(super) fn collect(&self, output: &mut FrameOutput<f32>) -> Result<()> {
-        let scene = &*self.scene;
-        let sizes =
-            [&self.buffers.points, &self.buffers.knots, &self.buffers.results].map(|b| b.size() as usize);
-        let chooses = self.chooses();
+    pub(super) fn collect(&mut self, output: &mut FrameOutput<f32>) -> Result<()> {
+        let scene = self.scene.clone();
+        output.knots.resize(if self.wanted.knots { scene.knot_count } else { 0 }, KnotState::default());
+        output.faces.resize(scene.face_count, unsolved());
+        output.points.resize(scene.yarns.point_count(), V3::zero());
+        output.skipped = Skipped::default();
+        output.curves.subdivide = 0;
+        let mut cross = std::mem::take(&mut self.cross);
+        for (i, part) in self.parts.iter().enumerate() {
+            let comes = self.comes(part, false);
+            part.readback.wait(&self.device, |bytes| {
+                let mut rest = bytes;
+                let [points, open, knots, results, counts] = comes.map(|n| {
+                    let (now, later) = rest.split_at(n);
+                    rest = later;
+                    now
+                });
+                take_points(points, part, output);
+                cross.take(i, vectors(bytemuck::cast_slice(open)));
+                take_faces(bytemuck::cast_slice(knots), bytemuck::cast_slice(results), part, &scene, output);
+                if !counts.is_empty() {
+                    output.skipped = output.skipped + skipped(bytemuck::cast_slice(counts));
+                }
+            })?;
+        }
+        cross.join(&mut output.points);
+        self.cross = cross;
+        if let Some(curves) = &self.curves {
+            curves.collect(&self.device, &scene, output)?;
+        }
         let mut without_yarn = 0;
-        self.readback.wait(&self.device, |bytes| {
-            let (points, rest) = bytes.split_at(sizes[0]);
-            let (knots, rest) = rest.split_at(sizes[1]);
-            let (results, counts) = rest.split_at(sizes[2]);
-            take_points(points, scene, output);
-            let words: &[KnotWords] = bytemuck::cast_slice(&knots[..12 * scene.knot_count]);
-            output.knots.clear();
-            output.knots.extend(
-                words.iter().map(|k| KnotState { direction: V2::new(k.u, k.v), half_length: k.half_length }),
-            );
-            let words: &[ResultWords] = bytemuck::cast_slice(&results[..12 * scene.face_count]);
-            output.faces.clear();
-            output.faces.extend(words.iter().map(|r| FaceResult {
-                energy_start: r.energy_start,
-                energy: r.energy,
-                status: Status::ALL[r.status as usize % Status::ALL.len()],
-            }));
-            let counts: &[u32] = bytemuck::cast_slice(&counts[..4 * SKIP_COUNTS]);
-            output.skipped = skipped(counts);
-        })?;
         for (batch, kernel) in scene.batches.iter().zip(&self.kernels) {
             if kernel.stencil.points.is_empty() {
                 output.faces[batch.first_face..][..batch.faces.len()].fill(unsolved());
                 without_yarn += batch.faces.len();
             }
         }
-        if chooses {
+        if self.chooses() {
             output.skipped.without_knots += without_yarn;
         } else {
             let solved = scene.batches.iter().zip(&self.kernels).filter(|(_, k)| k.solves());
@@ -224,15 +338,38 @@ impl GpuBackend {
         let turn = Turn(
             motion.columns(self.surface.origin(), self.scene.gauge).map(|c: V3<f32>| [c.x, c.y, c.z, 0.0]),
         );
-        self.device.queue.write_buffer(&self.buffers.turn, 0, bytemuck::bytes_of(&turn));
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_bind_group(0, &self.surface_group, &[]);
-        let sizes = &self.places.sizes;
-        self.dispatch(&mut pass, &self.carry, sizes.points + 2 * sizes.seams);
+        for part in &self.parts {
+            self.device.queue.write_buffer(&part.buffers.turn, 0, bytemuck::bytes_of(&turn));
+        }
+        // All timestamps are taken, or waiting for them would never end.
+        (0..3).for_each(|i| drop(self.pass(&mut encoder, i)));
+        let mut pass = self.pass(&mut encoder, 3);
+        for part in &self.parts {
+            pass.set_bind_group(0, &part.surface_group, &[]);
+            let sizes = &part.places.sizes;
+            self.dispatch(&mut pass, &self.shared.carry, sizes.points + sizes.sides);
+        }
         drop(pass);
-        self.readback.copy(&mut encoder, &[(&self.buffers.points, None)]);
+        self.encode_curves(&mut encoder);
+        self.fetch(&mut encoder, true);
         self.device.queue.submit([encoder.finish()]);
+    }
+
+    /// Waits for points that were turned along.
+    pub(super) fn collect_turned(&mut self, motion: &Motion, output: &mut FrameOutput<f32>) -> Result<()> {
+        let (origin, gauge) = (self.surface.origin(), self.scene.gauge);
+        self.cross.take_turned(&output.points, motion, origin, gauge);
+        output.curves.subdivide = 0;
+        for part in &self.parts {
+            let bytes = self.comes(part, true)[0];
+            part.readback.wait(&self.device, |all| take_points(&all[..bytes], part, output))?;
+        }
+        self.cross.join(&mut output.points);
+        if let Some(curves) = &self.curves {
+            curves.collect(&self.device, &self.scene, output)?;
+        }
+        Ok(())
     }
 }
 
@@ -249,9 +386,33 @@ fn skipped(counts: &[u32]) -> Skipped {
     }
 }
 
-pub(super) fn take_points(bytes: &[u8], scene: &Scene, output: &mut FrameOutput<f32>) {
-    output.points.clear();
-    output.points.extend(vectors(bytemuck::cast_slice(bytes)).take(scene.yarns.point_count()));
+fn take_points(bytes: &[u8], part: &Part, output: &mut FrameOutput<f32>) {
+    part.slice.points.scatter(vectors(bytemuck::cast_slice(bytes)), &mut output.points);
+}
+
+fn take_faces(
+    knots: &[KnotWords],
+    results: &[ResultWords],
+    part: &Part,
+    scene: &Scene,
+    output: &mut FrameOutput<f32>,
+) {
+    for b in 0..scene.batches.len() {
+        if !knots.is_empty() {
+            let [here, there] = part.knot_ranges(scene, b);
+            for (to, k) in output.knots[there].iter_mut().zip(&knots[here]) {
+                *to = KnotState { direction: V2::new(k.u, k.v), half_length: k.half_length };
+            }
+        }
+        let [here, there] = part.result_ranges(scene, b);
+        for (to, r) in output.faces[there].iter_mut().zip(&results[here]) {
+            *to = FaceResult {
+                energy_start: r.energy_start,
+                energy: r.energy,
+                status: Status::ALL[r.status as usize % Status::ALL.len()],
+            };
+        }
+    }
 }
 
 fn knot_words(knot: KnotState<f32>) -> KnotWords {
@@ -259,9 +420,10 @@ fn knot_words(knot: KnotState<f32>) -> KnotWords {
 }
 
 /// Flags, 32 a word.
-fn bits(flags: &[bool]) -> Vec<u32> {
-    let word = |flags: &[bool]| flags.iter().enumerate().map(|(i, flag)| u32::from(*flag) << i).sum();
-    flags.chunks(32).map(word).collect()
+fn bits(flags: &[bool], words: &mut Vec<u32>) {
+    let word = |flags: &[bool]| flags.iter().enumerate().map(|(i, flag)| u32::from(*flag) << i).sum::<u32>();
+    words.clear();
+    words.extend(flags.chunks(32).map(word));
 }
 
 /// Vectors as the floats that they are.

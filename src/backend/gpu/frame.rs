@@ -1,9 +1,10 @@
 //! A frame on the device: put to work, waited for.
 
-use super::buffers::SKIP_COUNTS;
-use super::{Buffers, GpuBackend, OnCpu};
+use super::curves::CurvesOnDevice;
+use super::{GpuBackend, OnCpu, PASSES};
 use crate::Result;
-use crate::backend::{Backend, FrameOutput, GIVEN, STAMPS, Skipped, Tables};
+use crate::backend::rigid::Motion;
+use crate::backend::{Backend, FrameOutput, GIVEN, STAMPS, Skipped, Tables, Wanted};
 use crate::knot::{KnotState, Start};
 use glam::DVec3;
 use std::sync::atomic::Ordering::Relaxed;
@@ -14,7 +15,7 @@ pub(super) enum Pending {
     /// Nothing moved: nothing is done.
     Stays(Skipped),
     /// The mesh moved as one.
-    Turned,
+    Turned(Motion),
     /// Faces were worked on.
     Solved,
 }
@@ -61,14 +62,12 @@ impl GpuBackend {
         self.turned = if motion.is_some() { self.turned + 1 } else { 0 };
         if let Some(motion) = motion {
             self.turn(&motion);
-            return Ok(Pending::Turned);
+            return Ok(Pending::Turned(motion));
         }
         self.send(into);
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.encode(&mut encoder);
-        let Buffers { points, knots, results, lists, .. } = &self.buffers;
-        let counts = (lists, Some(4 * SKIP_COUNTS as u64));
-        self.readback.copy(&mut encoder, &[(points, None), (knots, None), (results, None), counts]);
+        self.fetch(&mut encoder, false);
         self.device.queue.submit([encoder.finish()]);
         self.sight.anew = false;
         Ok(Pending::Solved)
@@ -76,13 +75,11 @@ impl GpuBackend {
 
     /// Waits for a frame.
     fn finish(&mut self, pending: Pending, output: &mut FrameOutput<f32>) -> Result<()> {
+        let worked = !matches!(pending, Pending::Stays(_));
         match pending {
             Pending::Stays(skipped) => output.skipped = skipped,
-            Pending::Turned => {
-                let bytes = self.buffers.points.size() as usize;
-                self.readback.wait(&self.device, |all| {
-                    super::exchange::take_points(&all[..bytes], &self.scene, output)
-                })?;
+            Pending::Turned(motion) => {
+                self.collect_turned(&motion, output)?;
                 output.skipped = Skipped::turned(&self.scene, &self.kernels);
             }
             Pending::Solved => {
@@ -94,6 +91,10 @@ impl GpuBackend {
             }
         }
         self.hidden = output.skipped.hidden;
+        self.times.clear();
+        if let Some(timer) = self.timer.as_ref().filter(|_| worked) {
+            self.times.extend(PASSES.into_iter().zip(timer.seconds(&self.device)?));
+        }
         self.device.check()
     }
 }
@@ -124,7 +125,32 @@ impl Backend<f32> for GpuBackend {
     }
 
     fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()> {
-        self.sight.set(&self.scene, visible)
+        self.sight.set(&self.scene, visible)?;
+        if self.chooses() { self.make_choosers() } else { Ok(()) }
+    }
+
+    fn set_wanted(&mut self, wanted: Wanted) -> Result<()> {
+        // What is under way brings back what was wanted when it began: it is of no use.
+        if wanted != self.wanted && self.ahead.take().is_some() {
+            self.stamp = 0;
+        }
+        let made = self.curves.as_ref().map_or(0, CurvesOnDevice::subdivide);
+        if made != wanted.curves {
+            self.curves = None;
+            // The points of several parts come together on the CPU.
+            if let ([part], true) = (&self.parts[..], wanted.curves > 0) {
+                let points = &part.buffers.points;
+                let options = &self.options;
+                self.curves =
+                    Some(CurvesOnDevice::new(&self.device, &self.scene, options, points, wanted.curves)?);
+            }
+        }
+        self.wanted = wanted;
+        Ok(())
+    }
+
+    fn device_times(&self) -> &[(&'static str, f64)] {
+        &self.times
     }
 
     fn tables(&self) -> &Tables {

@@ -382,6 +382,8 @@ pub struct Sizes {
     pub seams: u32,
     /// Number of control points.
     pub points: u32,
+    /// Sides of seams: two each, then those whose other side is elsewhere.
+    pub sides: u32,
     /// Words of the topology where these begin.
     pub face_offsets: u32,
     /// Vertices of faces.
@@ -438,3 +440,21 @@ pub struct Lists {
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Turn(pub [[f32; 4]; 4]);
+
+/// What the kernel of curves is told; see `shaders/curve.wgsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct CurveSizes {
+    /// Number of yarns.
+    pub yarns: u32,
+    /// The first control point of the dispatch.
+    pub begin: u32,
+    /// The one after the last.
+    pub end: u32,
+    /// Extra points a segment.
+    pub subdivide: u32,
+    /// 1 / (subdivide + 1).
+    pub step: f32,
+    /// The sample that the buffer begins with.
+    pub first_sample: u32,
+}

@@ -2,39 +2,46 @@
 //! shaders run as they are written, bit by bit.
 
 mod adapter;
-mod batch;
 mod buffers;
+mod curves;
 mod exact;
 mod exchange;
 mod frame;
 pub mod layout;
+mod part;
 mod pipeline;
 mod readback;
+mod seams;
 pub mod shader;
+mod shared;
+mod slice;
+mod timer;
 pub mod trace;
+mod types;
 
 pub use adapter::{Adapter, AdapterReport};
 
 use super::known::Known;
 use super::sight::Sight;
 use super::surface::Surface;
-use super::{CpuBackend, FrameOutput, Running, Skip, Tables, kernels};
+use super::{CpuBackend, FrameOutput, Running, Skip, Tables, Wanted, kernels};
 use crate::Result;
 use crate::knot::{Kernel, Settings, Start};
 use crate::math::V3;
 use crate::scene::Scene;
 use adapter::Device;
-use batch::{BatchMaker, BatchOnDevice, Shared};
-use buffers::{Maker, Places, SKIP_COUNTS, Topology};
+use buffers::Maker;
+use curves::CurvesOnDevice;
 use exchange::vectors;
 use frame::Pending;
-use layout::{Lists, Turn};
-use pipeline::{Kind, bind_group, bind_group_layout, pipeline};
-use readback::Readback;
+use part::{Part, PartMaker};
+use seams::CrossSeams;
+use shared::SharedKernels;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
-use wgpu::BufferUsages;
+use timer::{PASSES, Timer};
+use types::{Shaders, StitchType};
 
 /// Workgroups that a dispatch has at most on an axis, whatever the adapter.
 const MOST_GROUPS: u32 = 65_535;
@@ -53,6 +60,11 @@ pub struct GpuOptions {
     pub trace: bool,
     /// Seed of an order in which stitch types are dispatched; 0 is their own. The result does not depend on it.
     pub order: u64,
+    /// Whether the device's own times are taken ([`super::Backend::device_times`]).
+    pub timed: bool,
+    /// Bytes of a buffer that shaders see at most, where the device allows more: scenes beyond it are worked on in parts. The
+    /// result does not depend on it.
+    pub most_bytes: Option<u64>,
     /// A text in the shaders and what stands there instead: a fault, to see that comparisons find it.
     #[doc(hidden)]
     pub fault: Option<(&'static str, &'static str)>,
@@ -95,6 +107,8 @@ impl GpuOptions {
         own_shaders: false,
         trace: false,
         order: 0,
+        timed: false,
+        most_bytes: None,
         fault: None,
         on_cpu: OnCpu::Nothing,
     };
@@ -124,18 +138,20 @@ pub struct GpuBackend {
     /// `[batch]` the templates' own shapes, and the first faces', where they are shared.
     rests: Vec<Option<Known<f32>>>,
     firsts: Vec<Option<Known<f32>>>,
-    places: Places,
-    buffers: Buffers,
-    areas: wgpu::ComputePipeline,
-    normals: wgpu::ComputePipeline,
-    join: wgpu::ComputePipeline,
-    carry: wgpu::ComputePipeline,
-    surface_group: wgpu::BindGroup,
-    arguments: wgpu::ComputePipeline,
-    arguments_group: wgpu::BindGroup,
+    shared: SharedKernels,
+    shaders: Shaders,
     /// `[batch]`; none for a stitch without yarn.
-    batches: Vec<Option<BatchOnDevice>>,
-    readback: Readback,
+    types: Vec<Option<StitchType>>,
+    parts: Vec<Part>,
+    /// Seams whose sides are in different parts.
+    cross: CrossSeams,
+    wanted: Wanted,
+    curves: Option<CurvesOnDevice>,
+    timer: Option<Timer>,
+    times: Vec<(&'static str, f64)>,
+    /// Words on their way: flags, and the shapes whose solve is known.
+    scratch: Vec<u32>,
+    known: Vec<u32>,
     /// Does what is left to the CPU.
     twin: Option<Box<(CpuBackend<f32>, FrameOutput<f32>)>>,
     /// The next frame, told ahead.
@@ -144,19 +160,6 @@ pub struct GpuBackend {
     hidden: usize,
     name: u64,
     stamp: u64,
-}
-
-/// The buffers that all batches see.
-#[derive(Debug)]
-struct Buffers {
-    surface: wgpu::Buffer,
-    points: wgpu::Buffer,
-    knots: wgpu::Buffer,
-    results: wgpu::Buffer,
-    lists: wgpu::Buffer,
-    known: wgpu::Buffer,
-    dispatches: wgpu::Buffer,
-    turn: wgpu::Buffer,
 }
 
 impl GpuBackend {
@@ -174,69 +177,35 @@ impl GpuBackend {
     ) -> Result<Self> {
         super::check(settings, running)?;
         let device = adapter.open()?;
-        let exact = options.exact && device.exact;
-        let own = options.own_shaders;
         let (kernels, tables) = kernels::<f32>(&scene, settings, running, cache);
-        let Topology { words, places } = Topology::new(&scene)?;
-        let sizes = places.sizes;
+        let shared = SharedKernels::new(&device, options)?;
+        let mut shaders = Shaders::new(&device, running, options, &kernels);
         let maker = Maker(&device);
-        let topology = maker.words("topology", &words)?;
-        drop(words);
-        let copied = BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        let points = 12 * (u64::from(sizes.points) + 2 * u64::from(sizes.seams));
-        let buffers = Buffers {
-            surface: maker.storage("places and normals", 4 * places.surface, copied)?,
-            points: maker.storage("control points", points, copied)?,
-            knots: maker.storage("knots", 12 * scene.knot_count as u64, copied)?,
-            results: maker.storage("results", 12 * scene.face_count as u64, copied)?,
-            lists: maker.storage("lists", 4 * places.lists, copied)?,
-            known: maker.storage("known shapes", 4 * places.known, copied)?,
-            dispatches: maker.dispatches(2 * scene.batches.len()),
-            turn: maker.uniform("turn", &Turn::default()),
-        };
-        let shapes = maker.storage("shapes", 4 * places.shapes, BufferUsages::empty())?;
-
-        let compile = |name: &str, text: &str| {
-            let text = options.faulty(text.to_string());
-            shader::compile(&device.device, exact, !own, name, &text).map_err(|fault| device.fault(&fault.0))
-        };
-        let module = compile("surface", &shader::surface(options.workgroup))?;
-        let kinds = [Kind::Uniform, Kind::Write, Kind::Read, Kind::Write, Kind::Uniform];
-        let layout = bind_group_layout(&device, "surface", &kinds);
-        let sizes_buffer = maker.uniform("sizes", &sizes);
-        let bound = [&sizes_buffer, &buffers.surface, &topology, &buffers.points, &buffers.turn];
-        let surface_group = bind_group(&device, "surface", &layout, &bound);
-        let [areas, normals, join, carry] = ["areas", "corner_normals", "join", "carry"]
-            .map(|entry| pipeline(&device, &layout, &module, entry));
-        let (areas, normals, join, carry) = (areas?, normals?, join?, carry?);
-
-        let module = compile("arguments", &shader::arguments(options.workgroup))?;
-        let layout = bind_group_layout(&device, "arguments", &[Kind::Uniform, Kind::Read, Kind::Write]);
-        let lists = Lists { count: 2 * scene.batches.len() as u32, first_count: SKIP_COUNTS as u32 };
-        let lists = maker.uniform("lists", &lists);
-        let arguments_group =
-            bind_group(&device, "arguments", &layout, &[&lists, &buffers.lists, &buffers.dispatches]);
-        let arguments = pipeline(&device, &layout, &module, "arguments")?;
-
-        let shared = Shared {
-            surface: &buffers.surface,
-            topology: &topology,
-            points: &buffers.points,
-            knots: &buffers.knots,
-            results: &buffers.results,
-            lists: &buffers.lists,
-            shapes: &shapes,
-            known: &buffers.known,
-        };
+        let no_table = maker.words("no table", &[0.0f32])?;
+        let mut types = Vec::with_capacity(kernels.len());
+        for (batch, kernel) in scene.batches.iter().zip(&kernels) {
+            let key = scene.templates[batch.stencil].key();
+            let has_yarn = !kernel.stencil.points.is_empty();
+            types.push(has_yarn.then(|| shaders.stitch_type(&device, kernel, &key, &no_table)).transpose()?);
+        }
         let start = settings.start;
-        let mut batch_maker =
-            BatchMaker::new(&device, &scene, (running, options, start), shared, &places, &kernels)?;
-        let batches = kernels.iter().enumerate().map(|(b, kernel)| batch_maker.batch(b, kernel));
-        let batches: Vec<_> = batches.collect::<Result<_>>()?;
-        drop(batch_maker);
+        let parts = buffers::parts(&scene, maker.most(options)).map_err(|e| device.fault(&e.to_string()))?;
+        let part_maker = PartMaker {
+            device: &device,
+            scene: &scene,
+            running,
+            options,
+            start,
+            kernels: &kernels,
+            shared: &shared,
+            shaders: &shaders,
+            types: &types,
+        };
+        let parts = parts.into_iter().map(|(slice, topology)| part_maker.part(slice, topology));
+        let parts: Vec<_> = parts.collect::<Result<_>>()?;
+        let cross = CrossSeams::between(&scene, &parts);
         let (rests, firsts) = super::known_shapes(&scene, &kernels, &running.skip, start);
-        let bytes = buffers.points.size() + buffers.knots.size() + buffers.results.size();
-        let readback = Readback::new(&maker, bytes + 4 * SKIP_COUNTS as u64);
+        let timer = options.timed.then(|| Timer::new(&device)).flatten();
         device.check()?;
         let twin = match options.on_cpu {
             OnCpu::Nothing | OnCpu::Surface => None,
@@ -246,7 +215,7 @@ impl GpuBackend {
                 Some(Box::new((twin, FrameOutput::default())))
             }
         };
-        Ok(Self {
+        let mut made = Self {
             scene,
             options: *options,
             kernels,
@@ -258,24 +227,44 @@ impl GpuBackend {
             turned: 0,
             rests,
             firsts,
-            places,
-            buffers,
-            areas,
-            normals,
-            join,
-            carry,
-            surface_group,
-            arguments,
-            arguments_group,
-            batches,
-            readback,
+            shared,
+            shaders,
+            types,
+            parts,
+            cross,
+            wanted: Wanted::default(),
+            curves: None,
+            timer,
+            times: Vec::new(),
+            scratch: Vec::new(),
+            known: Vec::new(),
             twin,
             ahead: None,
             hidden: 0,
             name: super::STAMPS.fetch_add(1, Relaxed),
             stamp: 0,
             device,
-        })
+        };
+        if made.chooses() {
+            made.make_choosers()?;
+        }
+        Ok(made)
+    }
+
+    /// Makes what chooses the faces that need work.
+    fn make_choosers(&mut self) -> Result<()> {
+        let batches = self.scene.batches.iter().zip(&self.kernels);
+        for ((batch, kernel), of_type) in batches.zip(&mut self.types) {
+            let Some(of_type) = of_type.as_mut().filter(|t| t.choose.is_none()) else { continue };
+            let key = self.scene.templates[batch.stencil].key();
+            of_type.choose = Some(self.shaders.choose(&self.device, kernel, &key)?);
+        }
+        self.device.check()
+    }
+
+    /// How many parts the scene is in, so that shaders see all of each.
+    pub fn part_count(&self) -> usize {
+        self.parts.len()
     }
 
     /// Whether shaders run with their sums as they are written.
@@ -289,10 +278,14 @@ impl GpuBackend {
     /// # Errors
     /// A device that fails.
     pub fn trace(&self, batch: usize) -> Result<Vec<f32>> {
-        let Some(buffer) = self.batches[batch].as_ref().and_then(|b| b.trace.as_ref()) else {
-            return Ok(Vec::new());
-        };
-        readback::read(&self.device, buffer)
+        let mut words = Vec::new();
+        for part in &self.parts {
+            if let Some(buffer) = part.batches[batch].as_ref().and_then(|b| b.trace.as_ref()) {
+                let count = trace::words(&self.kernels[batch].stencil) * part.slice.batches[batch].len();
+                words.extend_from_slice(&readback::read(&self.device, buffer)?[..count]);
+            }
+        }
+        Ok(words)
     }
 
     /// The places of vertices, the areas of faces and the normals of corner groups of the last frame, each x, y, z.
@@ -300,10 +293,19 @@ impl GpuBackend {
     /// # Errors
     /// A device that fails.
     pub fn surface(&self) -> Result<Vec<V3<f32>>> {
-        let words = readback::read(&self.device, &self.buffers.surface)?;
-        let sizes = &self.places.sizes;
-        let count = (sizes.vertices + sizes.faces + sizes.groups) as usize;
-        Ok(vectors(&words).take(count).collect())
+        let scene = &*self.scene;
+        let groups = scene.corner_groups.as_ref().map_or(0, |g| g.len());
+        let counts = [scene.vertex_count, scene.face_places.len(), groups];
+        let mut all = counts.map(|count| vec![V3::zero(); count]);
+        for part in &self.parts {
+            let words = readback::read(&self.device, &part.buffers.surface)?;
+            let mut vectors = vectors(&words);
+            let ids = [&part.slice.vertices, &part.slice.faces, &part.slice.groups];
+            for (ids, all) in ids.into_iter().zip(&mut all) {
+                ids.scatter(vectors.by_ref().take(ids.len()), all);
+            }
+        }
+        Ok(all.concat())
     }
 
     /// The two sides of each seam in the last frame, before they were averaged.
@@ -311,8 +313,20 @@ impl GpuBackend {
     /// # Errors
     /// A device that fails.
     pub fn sides(&self) -> Result<Vec<V3<f32>>> {
-        let words = readback::read(&self.device, &self.buffers.points)?;
-        let sizes = &self.places.sizes;
-        Ok(vectors(&words).skip(sizes.points as usize).take(2 * sizes.seams as usize).collect())
+        let mut all = vec![V3::zero(); 2 * self.scene.yarns.seams.len()];
+        for part in &self.parts {
+            let words = readback::read(&self.device, &part.buffers.points)?;
+            let slice = &part.slice;
+            let mut sides = vectors(&words).skip(slice.points.len());
+            for seam in slice.seams.iter() {
+                for side in 0..2 {
+                    all[2 * seam as usize + side] = sides.next().expect("two sides a seam");
+                }
+            }
+            for (side, place) in slice.open.iter().zip(sides) {
+                all[*side as usize] = place;
+            }
+        }
+        Ok(all)
     }
 }

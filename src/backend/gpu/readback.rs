@@ -17,12 +17,11 @@ impl Readback {
         Self(maker.readback("results of a frame", bytes))
     }
 
-    /// Copies buffers, or so many bytes of them, into it, one after the other.
-    pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, buffers: &[(&wgpu::Buffer, Option<u64>)]) {
+    /// Copies bytes of buffers into it (buffer, first byte, how many), one after the other.
+    pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, buffers: &[(&wgpu::Buffer, u64, u64)]) {
         let mut at = 0;
-        for (buffer, bytes) in buffers {
-            let bytes = bytes.unwrap_or(buffer.size());
-            encoder.copy_buffer_to_buffer(buffer, 0, &self.0, at, bytes);
+        for (buffer, from, bytes) in buffers.iter().filter(|(_, _, bytes)| *bytes > 0) {
+            encoder.copy_buffer_to_buffer(buffer, *from, &self.0, at, *bytes);
             at += bytes;
         }
     }
@@ -52,7 +51,7 @@ impl Readback {
 pub(super) fn read(device: &Device, buffer: &wgpu::Buffer) -> Result<Vec<f32>> {
     let back = Readback::new(&Maker(device), buffer.size());
     let mut encoder = device.device.create_command_encoder(&Default::default());
-    back.copy(&mut encoder, &[(buffer, None)]);
+    back.copy(&mut encoder, &[(buffer, 0, buffer.size())]);
     device.queue.submit([encoder.finish()]);
     let mut floats = Vec::new();
     back.wait(device, |bytes| floats.extend_from_slice(bytemuck::cast_slice(bytes)))?;

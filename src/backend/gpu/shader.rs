@@ -14,7 +14,7 @@ macro_rules! files {
 }
 
 /// The shaders' files, by stem.
-const FILES: [(&str, &str); 20] = files!(
+const FILES: [(&str, &str); 21] = files!(
     "vector",
     "stencil",
     "settings",
@@ -35,6 +35,7 @@ const FILES: [(&str, &str); 20] = files!(
     "arguments",
     "places",
     "surface",
+    "curve",
 );
 
 fn file(stem: &str) -> &'static str {
@@ -76,6 +77,11 @@ pub fn arguments(size: u32) -> String {
 /// The shader of surfaces and seams.
 pub fn surface(size: u32) -> String {
     workgroup(size) + file("vector") + file("places") + file("surface")
+}
+
+/// The shader of curves.
+pub fn curve(size: u32) -> String {
+    workgroup(size) + file("vector") + file("curve")
 }
 
 /// A shader that does not compile.
