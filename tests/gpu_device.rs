@@ -24,7 +24,7 @@ fn recipe(mesh: &StitchMesh, start: Start, adapter: Option<String>) -> Recipe {
     let scene = Scene::compile(mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap();
     let settings = Settings { start, iterations: 1, ..Settings::default() };
     let running = Running { threads: 1, ..Running::default() };
-    Recipe { scene: Arc::new(scene), settings, running, cache: None, adapter }
+    Recipe { scene: Arc::new(scene), settings, running, cache: None, adapter, timed: false }
 }
 
 fn frame(mesh: &StitchMesh, t: f64) -> Vec<DVec3> {

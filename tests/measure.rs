@@ -41,8 +41,15 @@ fn measured(mesh: &StitchMesh, only: &[&str]) -> Tradeoff {
     let mut variants = variants(&Settings::default(), 1, false);
     variants.retain(|v| only.is_empty() || only.contains(&v.name.as_str()));
     let options = SceneOptions::default();
-    let job =
-        Job { mesh, library: &library, options, variants, poses: standard(&mesh.positions), repeats: 1 };
+    let job = Job {
+        mesh,
+        library: &library,
+        options,
+        variants,
+        poses: standard(&mesh.positions),
+        repeats: 1,
+        adapter: None,
+    };
     run(&job, &mut |_, _, _| {}).expect("measures")
 }
 

@@ -1,10 +1,10 @@
 //! Which device frames are solved on, and what becomes of them when it fails.
 
-use super::{Backend, CpuBackend, FrameOutput, Precision, Running, Tables};
+use super::{Backend, CpuBackend, FrameOutput, Precision, Running, Tables, Wanted};
 #[cfg(feature = "gpu")]
 use crate::Error;
 use crate::Result;
-use crate::knot::Settings;
+use crate::knot::{Settings, Start};
 use crate::scene::Scene;
 use glam::DVec3;
 use std::path::PathBuf;
@@ -35,6 +35,8 @@ pub struct Recipe {
     pub cache: Option<PathBuf>,
     /// Part of the name of the GPU adapter to take.
     pub adapter: Option<String>,
+    /// Whether a GPU's own times are taken ([`Backend::device_times`]).
+    pub timed: bool,
 }
 
 impl Recipe {
@@ -80,7 +82,7 @@ pub(super) fn gpu(recipe: &Recipe, software: bool) -> Result<FoundGpu<f32>> {
     };
     let report = adapter.report();
     let Recipe { scene, settings, running, cache, .. } = recipe;
-    let options = GpuOptions { on_cpu, ..GpuOptions::default() };
+    let options = GpuOptions { on_cpu, timed: recipe.timed, ..GpuOptions::default() };
     let made = GpuBackend::new(scene.clone(), settings, running, &options, &adapter, cache.as_deref());
     Ok(Some(made.map(|backend| OnGpu {
         backend: Box::new(backend),
@@ -183,6 +185,23 @@ impl<T: Precision> Backend<T> for DeviceBackend<T> {
         self.backend().set_visible(visible)?;
         self.visible = visible.map(<[bool]>::to_vec);
         Ok(())
+    }
+
+    fn set_wanted(&mut self, wanted: Wanted) -> Result<()> {
+        // The CPU would have to go on from them.
+        let starts = self.kind == DeviceKind::Auto && self.recipe.settings.start == Start::Previous;
+        let wanted = Wanted { knots: wanted.knots || starts, ..wanted };
+        match self.backend().set_wanted(wanted) {
+            // Curves take several times the room of points; the CPU samples them as well.
+            Err(_) if self.kind == DeviceKind::Auto => {
+                self.backend().set_wanted(Wanted { curves: 0, ..wanted })
+            }
+            result => result,
+        }
+    }
+
+    fn device_times(&self) -> &[(&'static str, f64)] {
+        self.gpu.as_ref().map_or(&[], |gpu| gpu.backend.device_times())
     }
 
     fn tables(&self) -> &Tables {

@@ -70,8 +70,8 @@ pub trait Backend<T: Scalar> {
     /// Another number of faces than the mesh has.
     fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()>;
 
-    /// Says what is wanted of the next frames, so that a device need not bring back all there is. Knots stay wanted with
-    /// the start at the previous frame's result where another backend may have to go on.
+    /// Says what is wanted of the next frames, so that a device need not bring back all there is. Knots come back all the
+    /// same where another backend may have to go on from them.
     ///
     /// # Errors
     /// A device without room for it.

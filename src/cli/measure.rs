@@ -65,6 +65,9 @@ pub struct Arguments {
     /// gpu measures the best GPU adapter as well, auto does if it is hardware.
     #[arg(long, value_enum, default_value = "auto")]
     device: DeviceName,
+    /// The adapter to take, by a part of its name; `knotmesh info --adapters` lists them.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     /// Fewer numbers of steps.
     #[arg(long)]
     quick: bool,
@@ -99,7 +102,15 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<()> {
     if let Some(folder) = &arguments.output {
         std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
     }
-    let job = Job { mesh: &mesh, library: &library, options, variants, poses, repeats: arguments.repeats };
+    let job = Job {
+        mesh: &mesh,
+        library: &library,
+        options,
+        variants,
+        poses,
+        repeats: arguments.repeats,
+        adapter: arguments.adapter.as_deref(),
+    };
     let mut begun = false;
     let tradeoff = tradeoff::run(&job, &mut |done, of, _| {
         if !begun {
@@ -127,7 +138,7 @@ fn chosen(arguments: &Arguments) -> Result<Vec<Variant>> {
         ..Settings::default()
     };
     let mut variants = variants(&base, arguments.threads, arguments.quick);
-    if has_gpu(arguments.device)? {
+    if has_gpu(arguments)?.is_some() {
         variants.extend(gpu_variants(&base));
     }
     let wanted = |v: &Variant| arguments.only.is_empty() || arguments.only.iter().any(|t| v.name.contains(t));
@@ -141,23 +152,25 @@ fn chosen(arguments: &Arguments) -> Result<Vec<Variant>> {
     Ok(variants)
 }
 
-/// Whether a GPU is measured as well.
+/// The GPU that is measured as well, if one is.
 #[cfg(feature = "gpu")]
-fn has_gpu(device: DeviceName) -> Result<bool> {
+fn has_gpu(arguments: &Arguments) -> Result<Option<String>> {
     use knotmesh::backend::gpu::Adapter;
-    match device {
-        DeviceName::Cpu => Ok(false),
-        DeviceName::Gpu => Adapter::choose(None).map(|_| true),
-        DeviceName::Auto => Ok(Adapter::hardware().is_some()),
-    }
+    let name = arguments.adapter.as_deref();
+    let adapter = match (arguments.device, name) {
+        (DeviceName::Cpu, _) => None,
+        (DeviceName::Gpu, _) | (DeviceName::Auto, Some(_)) => Some(Adapter::choose(name)?),
+        (DeviceName::Auto, None) => Adapter::hardware(),
+    };
+    Ok(adapter.map(|a| a.report().to_string()))
 }
 
 #[cfg(not(feature = "gpu"))]
-fn has_gpu(device: DeviceName) -> Result<bool> {
-    if device == DeviceName::Gpu {
+fn has_gpu(arguments: &Arguments) -> Result<Option<String>> {
+    if arguments.device == DeviceName::Gpu {
         return Err(Error::invalid("this build has no GPU backend: expected --device cpu"));
     }
-    Ok(false)
+    Ok(None)
 }
 
 /// The frames: those given, or the mesh under standard deformations.
@@ -199,8 +212,9 @@ fn subject(arguments: &Arguments, job: &Job, tradeoff: &Tradeoff) -> (String, St
 }
 
 /// Where and when.
-fn place() -> String {
-    format!("knotmesh {}; {}; {}", env!("CARGO_PKG_VERSION"), machine(), today())
+fn place(arguments: &Arguments) -> String {
+    let gpu = has_gpu(arguments).ok().flatten().map(|gpu| format!("; {gpu}")).unwrap_or_default();
+    format!("knotmesh {}; {}{gpu}; {}", env!("CARGO_PKG_VERSION"), machine(), today())
 }
 
 /// The table with what one needs to know to read it.
@@ -210,7 +224,7 @@ fn listing(arguments: &Arguments, job: &Job, tradeoff: &Tradeoff) -> String {
     let (stitches, frames) = subject(arguments, job, tradeoff);
     format!(
         "{stitches}\nframes: {frames}\n{}\nknotmesh {}\n\n{}\n{}",
-        place(),
+        place(arguments),
         command.join(" "),
         table::printed(&tradeoff.rows),
         table::EXPLANATION
@@ -227,7 +241,7 @@ fn write(
 ) -> Result<()> {
     let (stitches, frames) = subject(arguments, job, tradeoff);
     let title = format!("Run time against error: {stitches}");
-    let subtitle = [frames, place()];
+    let subtitle = [frames, place(arguments)];
     let put = |name: &str, bytes: &[u8]| -> Result<()> {
         let path = folder.join(name);
         let mut out = Output::create(&path)?;

@@ -6,7 +6,9 @@ use super::progress::Progress;
 use super::report::{self, FrameReport, Inputs, Report, Seconds};
 use super::skip::{SkipArguments, SkipReport, Visible};
 use super::{Console, Ending};
-use knotmesh::backend::{Backend, DeviceBackend, FrameOutput, Precision, Recipe, Running, table_cache};
+use knotmesh::backend::{
+    Backend, DeviceBackend, FrameOutput, Precision, Recipe, Running, Wanted, table_cache,
+};
 use knotmesh::curve::{CurveExtras, FrameCurves, UNIFORM_SUBDIVISION};
 use knotmesh::ids::FaceId;
 use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_writer};
@@ -309,11 +311,13 @@ impl Job<'_> {
             running,
             cache: table_cache::folder(),
             adapter: arguments.device.adapter.clone(),
+            timed: false,
         };
         let mut backend = DeviceBackend::<T>::new(recipe, arguments.device.device.into())?;
         if let Some(adapter) = backend.adapter() {
             self.console.say(format_args!("solving on {adapter}"));
         }
+        backend.set_wanted(self.wanted()?)?;
         self.name_notes(&mut backend);
         self.seconds.tables = began.elapsed().as_secs_f64();
         if let Some(note) = &backend.tables().note {
@@ -409,15 +413,31 @@ impl Job<'_> {
         Ok(if fell_back.is_empty() || arguments.allow_degenerate { Ending::Done } else { Ending::FellBack })
     }
 
+    /// What the outputs take of a frame.
+    fn wanted(&self) -> Result<Wanted> {
+        let outputs = &self.arguments.outputs;
+        let formats: Vec<CurveFormat> =
+            outputs.iter().map(|path| CurveFormat::from_path(path)).collect::<Result<_>>()?;
+        // A device samples curves once; where outputs differ, those of the first.
+        let curves = formats.first().map_or(0, |f| self.subdivide(*f));
+        let knots = self.arguments.report.is_some() || formats.contains(&CurveFormat::Npz);
+        Ok(Wanted { knots, curves })
+    }
+
+    /// Extra points a segment in a format.
+    fn subdivide(&self, format: CurveFormat) -> usize {
+        // Uniform splines overshoot between unevenly spaced control points; samples do not.
+        let least = if format.is_uniform_spline() { UNIFORM_SUBDIVISION } else { 0 };
+        self.arguments.subdivide.max(least)
+    }
+
     fn open_sinks<T: Scalar>(&self, output: &FrameOutput<T>, frame_count: usize) -> Result<Vec<Sink>> {
         self.arguments
             .outputs
             .iter()
             .map(|path| {
                 let format = CurveFormat::from_path(path)?;
-                // Uniform splines overshoot between unevenly spaced control points; samples do not.
-                let least = if format.is_uniform_spline() { UNIFORM_SUBDIVISION } else { 0 };
-                let subdivide = self.arguments.subdivide.max(least);
+                let subdivide = self.subdivide(format);
                 let writer = if format == CurveFormat::Npz {
                     Writer::Result(Box::new(ResultWriter::create(
                         path,

@@ -1,6 +1,6 @@
 //! Curves that the device samples, against those that the CPU does of the twin's control points.
 //!
-//! Seeded faults, each seen red: see `FAULTS`; samples of a frame that was turned along left as they were.
+//! Seeded faults, each seen red: see `FAULTS`; in `gpu_skip`, samples of a mesh that turned left as they were.
 
 use crate::case::{Case, JOINT, compiled, same};
 use crate::common::faces::motion;

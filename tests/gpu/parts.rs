@@ -1,7 +1,7 @@
 //! Scenes larger than what a device's shaders see of a buffer, in parts.
 //!
-//! Seeded faults, each seen red: sides of seams between parts left as they were, normals without the faces of other parts,
-//! a part's results put where the batch begins.
+//! Seeded faults, each seen red: seams between parts not joined, normals without the last face around a corner, a part's
+//! results put where the batch begins; in `gpu_skip`, seams between parts that are not turned along with the mesh.
 
 use crate::case::{Case, JOINT, agree, agreement, compiled, told};
 use crate::common::faces::motion;

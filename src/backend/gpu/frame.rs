@@ -8,6 +8,7 @@ use crate::backend::{Backend, FrameOutput, GIVEN, STAMPS, Skipped, Tables, Wante
 use crate::knot::{KnotState, Start};
 use glam::DVec3;
 use std::sync::atomic::Ordering::Relaxed;
+use std::time::Instant;
 
 /// A frame that the device is at work on.
 #[derive(Debug)]
@@ -61,6 +62,7 @@ impl GpuBackend {
         }
         self.turned = if motion.is_some() { self.turned + 1 } else { 0 };
         if let Some(motion) = motion {
+            self.submitted = Instant::now();
             self.turn(&motion);
             return Ok(Pending::Turned(motion));
         }
@@ -68,6 +70,7 @@ impl GpuBackend {
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.encode(&mut encoder);
         self.fetch(&mut encoder, false);
+        self.submitted = Instant::now();
         self.device.queue.submit([encoder.finish()]);
         self.sight.anew = false;
         Ok(Pending::Solved)
@@ -92,8 +95,10 @@ impl GpuBackend {
         }
         self.hidden = output.skipped.hidden;
         self.times.clear();
-        if let Some(timer) = self.timer.as_ref().filter(|_| worked) {
-            self.times.extend(PASSES.into_iter().zip(timer.seconds(&self.device)?));
+        match &self.timer {
+            _ if !worked || !self.options.timed => {}
+            Some(timer) => self.times.extend(PASSES.into_iter().zip(timer.seconds(&self.device)?)),
+            None => self.times.push(("submit to done", self.submitted.elapsed().as_secs_f64())),
         }
         self.device.check()
     }

@@ -40,6 +40,7 @@ use shared::SharedKernels;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
+use std::time::Instant;
 use timer::{PASSES, Timer};
 use types::{Shaders, StitchType};
 
@@ -149,6 +150,8 @@ pub struct GpuBackend {
     curves: Option<CurvesOnDevice>,
     timer: Option<Timer>,
     times: Vec<(&'static str, f64)>,
+    /// When the last frame was put to work.
+    submitted: Instant,
     /// Words on their way: flags, and the shapes whose solve is known.
     scratch: Vec<u32>,
     known: Vec<u32>,
@@ -236,6 +239,7 @@ impl GpuBackend {
             curves: None,
             timer,
             times: Vec::new(),
+            submitted: Instant::now(),
             scratch: Vec::new(),
             known: Vec::new(),
             twin,

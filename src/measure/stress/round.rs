@@ -126,7 +126,8 @@ struct Runner<T: Precision> {
 impl<T: Precision> Runner<T> {
     fn new(scene: &Arc<Scene>, settings: &Settings, running: &Running, device: DeviceKind) -> Result<Self> {
         let (kept, cache) = (scene.clone(), table_cache::folder());
-        let recipe = Recipe { scene: kept, settings: *settings, running: *running, cache, adapter: None };
+        let (settings, running) = (*settings, *running);
+        let recipe = Recipe { scene: kept, settings, running, cache, adapter: None, timed: false };
         let mut backend = DeviceBackend::new(recipe, device)?;
         let mut output = FrameOutput::default();
         // A first frame of one point sets the origin to 0, whatever the faces: a face alone has the same.

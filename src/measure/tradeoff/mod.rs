@@ -49,6 +49,8 @@ pub struct Job<'a> {
     pub poses: Vec<Pose>,
     /// Timed passes over the frames; slow variants make fewer, at least one.
     pub repeats: usize,
+    /// The GPU that variants on one take, by a part of its name; the best one where not given.
+    pub adapter: Option<&'a str>,
 }
 
 /// All figures of a run.
@@ -115,11 +117,11 @@ pub fn run(job: &Job, progress: &mut Progress) -> Result<Tradeoff> {
     for (i, variant) in job.variants.iter().enumerate() {
         progress(job.poses.len() + i, total, &variant.name);
         let stage = stage(variant.mode);
-        let mut runner = Runner::new(stage.scene.clone(), variant)?;
+        let mut runner = Runner::new(stage.scene.clone(), variant, job.adapter)?;
         let mut errors = Vec::with_capacity(job.poses.len());
         let mut seconds = 0.0;
         for ((pose, reference), near) in job.poses.iter().zip(&references).zip(&near) {
-            seconds += runner.timed(&pose.positions)?;
+            seconds += runner.timed(&pose.positions)?[0];
             errors.push(stage.meter.errors(&runner.output(), reference, *near)?);
         }
         tallies.push(Tally::new(errors));

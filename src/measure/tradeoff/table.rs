@@ -28,6 +28,8 @@ pub struct Row {
     repeats: usize,
     /// Seconds a frame: the median over the repeats, the mean over frames.
     pub seconds: Option<f64>,
+    /// The part of them that a device says it was at work.
+    pub device_seconds: Option<f64>,
     /// The same over the stitches of a frame, nanoseconds.
     pub nanoseconds_a_stitch: Option<f64>,
     /// Its errors.
@@ -56,6 +58,7 @@ const COLUMNS: &[Column] = &[
     ("threads", None, |r| Cell::Count(r.threads.map(|t| t as u64))),
     ("repeats", Some("runs"), |r| Cell::Count(Some(r.repeats as u64))),
     ("frame_ms", Some("frame ms"), |r| Cell::Number(r.seconds.map(|s| 1e3 * s))),
+    ("device_ms", Some("device ms"), |r| Cell::Number(r.device_seconds.map(|s| 1e3 * s))),
     ("stitch_ns", Some("stitch ns"), |r| Cell::Number(r.nanoseconds_a_stitch)),
     ("distance_median_r", Some("dist 50 %"), |r| Cell::Number(r.errors.distance_median)),
     ("distance_p95_r", Some("dist 95 %"), |r| Cell::Number(r.errors.distance_p95)),
@@ -71,6 +74,8 @@ const COLUMNS: &[Column] = &[
 /// What the printed table's columns mean.
 pub const EXPLANATION: &str = "\
 frame ms, stitch ns: wall-clock time of a frame, and of it for each stitch (median of the runs, mean over frames)
+device ms: the part of it that a GPU was at work on the frame, by its own timestamps (by the clock from submission to
+      completion where it takes none)
 dist: of each face with knots, the largest distance of a control point to the converged optimum, in yarn radii;
       median, 95th percentile and largest over faces and frames
 E: (E - E*) / (1 + E*) of each such face, E* at the optimum: mean, 95th percentile (f32 rounds it to about 1e-7)
@@ -101,6 +106,7 @@ impl Row {
             threads: None,
             repeats: clock.repeats,
             seconds,
+            device_seconds: clock.mean_on_device(),
             nanoseconds_a_stitch: seconds.map(|s| 1e9 * s / stitches.max(1) as f64),
             errors: *errors,
         };

@@ -4,7 +4,7 @@ use super::baseline::Baseline;
 use super::poses::Pose;
 use super::variants::{Engine, Precision, Variant};
 use crate::Result;
-use crate::backend::{Backend, CpuBackend, DeviceBackend, DeviceKind, FrameOutput, Recipe};
+use crate::backend::{Backend, CpuBackend, DeviceBackend, DeviceKind, FrameOutput, Recipe, Wanted};
 use crate::knot::{FaceResult, KnotState};
 use crate::math::{Scalar, V2, V3};
 use crate::measure::quantile;
@@ -29,7 +29,8 @@ enum Work {
 }
 
 impl Runner {
-    pub fn new(scene: Arc<Scene>, variant: &Variant) -> Result<Self> {
+    /// A variant on a scene; `adapter` names the GPU that variants on one take.
+    pub fn new(scene: Arc<Scene>, variant: &Variant, adapter: Option<&str>) -> Result<Self> {
         let (settings, running) = (&variant.settings, &variant.running);
         let engine = match (variant.engine, variant.precision) {
             (Engine::LevenbergMarquardt { tolerance }, _) => {
@@ -37,8 +38,11 @@ impl Runner {
             }
             (Engine::Gpu, _) => {
                 let (settings, running) = (*settings, *running);
-                let recipe = Recipe { scene, settings, running, cache: None, adapter: None };
-                Work::F32(Box::new(DeviceBackend::new(recipe, DeviceKind::Gpu)?), Box::default())
+                let adapter = adapter.map(str::to_string);
+                let recipe = Recipe { scene, settings, running, cache: None, adapter, timed: true };
+                let mut backend = DeviceBackend::new(recipe, DeviceKind::Gpu)?;
+                backend.set_wanted(Wanted { knots: false, curves: 0 })?;
+                Work::F32(Box::new(backend), Box::default())
             }
             (Engine::Cpu, Precision::F32) => {
                 Work::F32(Box::new(CpuBackend::new(scene, settings, running)?), Box::default())
@@ -50,15 +54,20 @@ impl Runner {
         Ok(Self { name: variant.name.clone(), engine })
     }
 
-    /// Runs a frame; wall-clock seconds.
-    pub fn timed(&mut self, positions: &[DVec3]) -> Result<f64> {
+    /// Runs a frame; wall-clock seconds, and those that the device itself says it was at work, if there is one.
+    pub fn timed(&mut self, positions: &[DVec3]) -> Result<[f64; 2]> {
         let began = Instant::now();
         match &mut self.engine {
             Work::F32(backend, output) => backend.frame(positions, output)?,
             Work::F64(run) => run.0.frame(positions, &mut run.1)?,
             Work::Baseline(run) => run.0.frame(positions, &mut run.1)?,
         }
-        Ok(began.elapsed().as_secs_f64())
+        let seconds = began.elapsed().as_secs_f64();
+        let device = match &self.engine {
+            Work::F32(backend, _) => backend.device_times().iter().map(|(_, seconds)| seconds).sum(),
+            _ => 0.0,
+        };
+        Ok([seconds, device])
     }
 
     /// The last frame.
@@ -96,6 +105,8 @@ pub(super) struct Clocked {
     pub repeats: usize,
     /// `[frame]` medians over the passes, seconds; empty if nothing was timed.
     pub frames: Vec<f64>,
+    /// `[frame]` the same of the device's own times, 0 where there is none.
+    pub on_device: Vec<f64>,
 }
 
 impl Clocked {
@@ -105,9 +116,16 @@ impl Clocked {
         (!self.frames.is_empty()).then(|| sum / self.frames.len() as f64)
     }
 
+    /// Mean of the device's own times, seconds, where it is at work.
+    pub fn mean_on_device(&self) -> Option<f64> {
+        let sum: f64 = self.on_device.iter().sum();
+        (sum > 0.0).then(|| sum / self.on_device.len() as f64)
+    }
+
     /// That of one frame.
     pub fn frame(&self, frame: usize) -> Self {
-        Self { repeats: self.repeats, frames: self.frames.get(frame).copied().into_iter().collect() }
+        let one = |all: &[f64]| all.get(frame).copied().into_iter().collect();
+        Self { repeats: self.repeats, frames: one(&self.frames), on_device: one(&self.on_device) }
     }
 }
 
@@ -132,9 +150,15 @@ pub(super) fn passes(
             }
         }
     }
-    let clocked = |mut frames: Vec<Vec<f64>>| Clocked {
+    let medians = |frames: &[Vec<[f64; 2]>], which: usize| {
+        let median =
+            |times: &Vec<[f64; 2]>| quantile(&mut times.iter().map(|t| t[which]).collect::<Vec<_>>(), 0.5);
+        frames.iter().map(median).collect()
+    };
+    let clocked = |frames: Vec<Vec<[f64; 2]>>| Clocked {
         repeats: frames[0].len(),
-        frames: frames.iter_mut().map(|times| quantile(times, 0.5)).collect(),
+        frames: medians(&frames, 0),
+        on_device: medians(&frames, 1),
     };
     Ok(times.into_iter().map(clocked).collect())
 }
