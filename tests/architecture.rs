@@ -16,7 +16,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("scene", &["error", "ids", "math", "mesh", "template"]),
     ("knot", &["error", "math", "scene"]),
     ("backend", &["error", "ids", "math", "mesh", "scene", "knot"]),
-    ("curve", &["error", "ids", "math", "mesh", "scene", "backend", "yarn"]),
+    ("curve", &["error", "ids", "math", "mesh", "scene", "knot", "backend", "yarn"]),
     ("measure", &["error", "ids", "math", "mesh", "template", "scene", "knot", "backend", "curve", "yarn"]),
 ];
 

@@ -65,7 +65,11 @@ fn compare(
     let mut device = case.device(&adapter, &GpuOptions { trace: true, ..*options });
     let [mut twin_output, mut output] = [(); 2].map(|()| FrameOutput::default());
     let Settings { solver, start, iterations, beta, .. } = settings;
-    let how = if device.is_exact() { "as written" } else { "as the driver sees fit" };
+    let how = match options.free {
+        Some(function) => format!("{function} as the driver sees fit"),
+        None if device.is_exact() => "as written".into(),
+        None => "as the driver sees fit".into(),
+    };
     let name = format!("{mode:?} {coordinates:?} {solver:?} {start:?} {iterations} {beta} {seed} {how}");
     let (mut rows, mut seen) = (Rows::new(), BTreeMap::new());
     for (frame, positions) in motion.iter().enumerate() {
@@ -99,6 +103,19 @@ fn compare(
                 }
             }
         }
+    }
+    if options.free.is_some() {
+        let mut shares = BTreeMap::<_, [usize; 2]>::new();
+        for ((_, _, at, stage), row) in &rows {
+            let share = shares.entry((at, stage)).or_default();
+            share[0] += row.identical;
+            share[1] += row.floats;
+        }
+        let shares = shares.iter().filter(|(_, [same, all])| same < all);
+        let told: Vec<_> = shares
+            .map(|((_, stage), [same, all])| format!("{stage} {:.4}", *same as f64 / *all as f64))
+            .collect();
+        println!("{how}: {}", if told.is_empty() { "all identical".into() } else { told.join(", ") });
     }
     let mut faults = Vec::new();
     for ((_, template, _, stage), row) in &rows {
@@ -173,4 +190,60 @@ fn of_own_shaders() {
 fn not_as_written() {
     let options = GpuOptions { exact: false, ..JOINT };
     all_seen(&compare(&everything(), RELAXED, Settings::default(), &options, 11), 9);
+}
+
+/// Which expressions a driver rewrites, where it may: one function after another is left to it. Minutes, for each shader is
+/// another: `cargo test --test gpu left_to_the_driver -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes minutes; tells which expressions a driver rewrites"]
+fn functions_left_to_the_driver() {
+    const FUNCTIONS: [&str; 42] = [
+        "dot2",
+        "turned",
+        "dot3",
+        "cross3",
+        "length3",
+        "normalized_or_zero",
+        "face_frame",
+        "in_plane",
+        "blend_corners",
+        "blend_normals",
+        "space_knots",
+        "affine_start",
+        "stepped",
+        "seat",
+        "lift",
+        "interpolate",
+        "inverse_or_zero",
+        "place",
+        "measure",
+        "cosine_of",
+        "length_residual",
+        "cosine_residual",
+        "fixed_energy",
+        "energy_now",
+        "assemble",
+        "add_own",
+        "add_own_length",
+        "add_own_cosine",
+        "segment_move",
+        "add_turning",
+        "add_first",
+        "add_length",
+        "part",
+        "mixed",
+        "square",
+        "add_cosine",
+        "factorise",
+        "solve_factors",
+        "run_solve",
+        "areas",
+        "corner_normals",
+        "join",
+    ];
+    let mesh = everything();
+    for function in FUNCTIONS {
+        let options = GpuOptions { free: Some(function), ..JOINT };
+        compare(&mesh, RELAXED, Settings::default(), &options, 11);
+    }
 }

@@ -16,10 +16,20 @@ fn ends_decorations(op: u32) -> bool {
     matches!(op, 19..=39 | 41..=52 | 54 | 59 | 1)
 }
 
-/// Forbids fusing and reordering in a SPIR-V module, every operation of it. A module that cannot be read is returned as it
-/// was.
-pub fn forbid_contraction(module: Vec<u32>) -> Vec<u32> {
+const OP_NAME: u32 = 5;
+const OP_FUNCTION: u32 = 54;
+
+/// Whether an instruction names something so.
+fn names(instruction: &[u32], name: &str) -> bool {
+    let bytes: Vec<u8> = instruction[2..].iter().flat_map(|word| word.to_le_bytes()).collect();
+    bytes.split(|b| *b == 0).next() == Some(name.as_bytes())
+}
+
+/// Forbids fusing and reordering in a SPIR-V module, every operation of it but those of a function that is to be left
+/// `free`. A module that cannot be read is returned as it was.
+pub fn forbid_contraction(module: Vec<u32>, free: Option<&str>) -> Vec<u32> {
     let mut results = Vec::new();
+    let (mut freed, mut is_free) = (None, false);
     let mut place = None;
     let mut at = HEADER;
     while at < module.len() {
@@ -30,7 +40,14 @@ pub fn forbid_contraction(module: Vec<u32>) -> Vec<u32> {
         if place.is_none() && ends_decorations(op) {
             place = Some(at);
         }
-        if ARITHMETIC.contains(&op) && count > 2 {
+        match op {
+            OP_NAME if free.is_some_and(|free| names(&module[at..at + count], free)) => {
+                freed = Some(module[at + 1]);
+            }
+            OP_FUNCTION if count > 2 => is_free = freed == Some(module[at + 2]),
+            _ => {}
+        }
+        if ARITHMETIC.contains(&op) && count > 2 && !is_free {
             results.push(module[at + 2]);
         }
         at += count;

@@ -66,6 +66,9 @@ pub struct GpuOptions {
     /// Bytes of a buffer that shaders see at most, where the device allows more: scenes beyond it are worked on in parts. The
     /// result does not depend on it.
     pub most_bytes: Option<u64>,
+    /// A function of the shaders whose sums the device's compiler may rewrite, to see what that does.
+    #[doc(hidden)]
+    pub free: Option<&'static str>,
     /// A text in the shaders and what stands there instead: a fault, to see that comparisons find it.
     #[doc(hidden)]
     pub fault: Option<(&'static str, &'static str)>,
@@ -110,6 +113,7 @@ impl GpuOptions {
         order: 0,
         timed: false,
         most_bytes: None,
+        free: None,
         fault: None,
         on_cpu: OnCpu::Nothing,
     };
@@ -273,7 +277,7 @@ impl GpuBackend {
 
     /// Whether shaders run with their sums as they are written.
     pub fn is_exact(&self) -> bool {
-        self.options.exact && self.device.exact
+        self.options.exact && self.device.exact && self.options.free.is_none()
     }
 
     /// What the stages of a batch's stitches came to in the last frame, if [`GpuOptions::trace`] asked for it:

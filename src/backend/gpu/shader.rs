@@ -103,15 +103,24 @@ pub fn parse(text: &str) -> Result<(naga::Module, naga::valid::ModuleInfo), Faul
 /// the length of arrays how often to repeat their text: that takes software drivers a minute.
 pub fn spirv(text: &str, rolled: bool) -> Result<Vec<u32>, Fault> {
     let (module, info) = parse(text)?;
-    written(&module, &info, rolled)
+    written(&module, &info, rolled, None)
 }
 
-fn written(module: &naga::Module, info: &naga::valid::ModuleInfo, rolled: bool) -> Result<Vec<u32>, Fault> {
+fn written(
+    module: &naga::Module,
+    info: &naga::valid::ModuleInfo,
+    rolled: bool,
+    free: Option<&str>,
+) -> Result<Vec<u32>, Fault> {
     // An index out of bounds is kept within them: nobody else checks SPIR-V that is handed over as it is.
     let checked = naga::proc::BoundsCheckPolicy::Restrict;
     let options = naga::back::spv::Options {
         lang_version: (1, 3),
-        flags: naga::back::spv::WriterFlags::empty(),
+        flags: match free {
+            // Functions have names then.
+            Some(_) => naga::back::spv::WriterFlags::DEBUG,
+            None => naga::back::spv::WriterFlags::empty(),
+        },
         bounds_check_policies: naga::proc::BoundsCheckPolicies {
             index: checked,
             buffer: checked,
@@ -121,25 +130,35 @@ fn written(module: &naga::Module, info: &naga::valid::ModuleInfo, rolled: bool) 
         ..Default::default()
     };
     let words = naga::back::spv::write_vec(module, info, &options, None).map_err(|e| Fault(e.to_string()))?;
-    Ok(exact::forbid_contraction(words))
+    Ok(exact::forbid_contraction(words, free))
 }
 
-/// Compiles a shader for a device: as written where the device takes SPIR-V, else as its compiler sees fit.
+/// How a shader is compiled.
+#[derive(Clone, Copy, Debug)]
+pub struct How {
+    /// As written, where the device takes SPIR-V; else as its compiler sees fit.
+    pub exact: bool,
+    /// See [`spirv`].
+    pub rolled: bool,
+    /// A function whose sums are left to the device's compiler all the same.
+    pub free: Option<&'static str>,
+}
+
+/// Compiles a shader for a device.
 pub fn compile(
     device: &wgpu::Device,
-    exactly: bool,
-    rolled: bool,
+    how: How,
     label: &str,
     text: &str,
 ) -> Result<wgpu::ShaderModule, Fault> {
-    if !exactly {
+    if !how.exact {
         return Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(label),
             source: wgpu::ShaderSource::Wgsl(Cow::Borrowed(text)),
         }));
     }
     let (module, info) = parse(text)?;
-    let words = written(&module, &info, rolled)?;
+    let words = written(&module, &info, how.rolled, how.free)?;
     let entry = |e: &naga::EntryPoint| wgpu::PassthroughShaderEntryPoint {
         name: Cow::Owned(e.name.clone()),
         workgroup_size: e.workgroup_size.into(),

@@ -1,8 +1,9 @@
 //! The kernels that know no stitch type: surfaces, seams, sizes of dispatches.
 
+use super::GpuOptions;
 use super::adapter::Device;
 use super::pipeline::{Kind, bind_group_layout, pipeline};
-use super::{GpuOptions, shader};
+use super::shader::{self, How};
 use crate::Result;
 
 /// Their pipelines.
@@ -45,7 +46,16 @@ pub(super) fn compile(
     name: &str,
     text: String,
 ) -> Result<wgpu::ShaderModule> {
-    let rolled = !options.own_shaders || device.software;
-    shader::compile(&device.device, options.exact && device.exact, rolled, name, &options.faulty(text))
+    shader::compile(&device.device, how(device, options), name, &options.faulty(text))
         .map_err(|fault| device.fault(&fault.0))
+}
+
+/// How shaders are compiled for a device.
+pub(super) fn how(device: &Device, options: &GpuOptions) -> How {
+    How {
+        exact: options.exact && device.exact,
+        // Software would take minutes to unroll loops.
+        rolled: !options.own_shaders || device.software,
+        free: options.free,
+    }
 }

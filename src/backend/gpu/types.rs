@@ -1,10 +1,12 @@
 //! Stitch types on the device: their shaders, their words, their tables.
 
+use super::GpuOptions;
 use super::adapter::Device;
 use super::buffers::Maker;
 use super::layout::{self, Counts, Variant};
 use super::pipeline::{Kind, bind_group_layout, pipeline};
-use super::{GpuOptions, shader};
+use super::shader::{self, How};
+use super::shared::how;
 use crate::Result;
 use crate::backend::Running;
 use crate::knot::Kernel;
@@ -20,8 +22,7 @@ pub(super) struct Shaders {
     energies: bool,
     most: Counts,
     grid: Option<Grid>,
-    exact: bool,
-    rolled: bool,
+    how: How,
     compiled: HashMap<String, wgpu::ComputePipeline>,
 }
 
@@ -50,9 +51,7 @@ impl Shaders {
             energies: running.energies,
             most: kernels.iter().map(Counts::new).fold(Counts::default(), Counts::max),
             grid: kernels.iter().find_map(|k| k.table().map(|t| *t.grid())),
-            exact: options.exact && device.exact,
-            // Software would take minutes to unroll loops.
-            rolled: !options.own_shaders || device.software,
+            how: how(device, options),
             compiled: HashMap::new(),
         }
     }
@@ -118,7 +117,7 @@ impl Shaders {
             return Ok(pipeline.clone());
         }
         let faulty = self.options.faulty(text.clone());
-        let module = shader::compile(&device.device, self.exact, self.rolled, key, &faulty)
+        let module = shader::compile(&device.device, self.how, key, &faulty)
             .map_err(|fault| device.fault(&fault.0))?;
         let layout = if entry == "stitch" { &self.stitch_layout } else { &self.choose_layout };
         let made = pipeline(device, layout, &module, entry)?;
