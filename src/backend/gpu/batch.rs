@@ -4,13 +4,14 @@ use super::adapter::Device;
 use super::buffers::{Maker, Places};
 use super::layout::{self, Counts, Settings, Variant};
 use super::pipeline::{Kind, bind_group, bind_group_layout, pipeline};
-use super::{GpuOptions, shader, trace};
+use super::{GpuOptions, counters, shader, trace};
 use crate::Result;
 use crate::backend::Running;
 use crate::knot::table::Grid;
 use crate::knot::{Kernel, Start};
 use crate::scene::Scene;
 use std::collections::HashMap;
+use std::sync::Arc;
 use wgpu::BufferUsages;
 
 /// Buffers that all batches see.
@@ -33,7 +34,9 @@ pub(super) struct BatchOnDevice {
     /// For faces to be solved, and for those to be lifted only.
     pub stitch_groups: [wgpu::BindGroup; 2],
     pub choose_group: wgpu::BindGroup,
+    /// What stages came to, or what is counted.
     pub trace: Option<wgpu::Buffer>,
+    pub segments: Option<Arc<Vec<counters::Segment>>>,
     uniforms: [wgpu::Buffer; 2],
     settings: Settings,
 }
@@ -89,7 +92,7 @@ impl<'a> BatchMaker<'a> {
     ) -> Result<Self> {
         use Kind::{Read, Uniform, Write};
         let mut kinds = vec![Read, Uniform, Read, Read, Write, Write, Write, Read, Read];
-        if options.trace {
+        if options.trace || options.count {
             kinds.push(Write);
         }
         Ok(Self {
@@ -147,9 +150,16 @@ impl<'a> BatchMaker<'a> {
             spaced: kernel.beta().is_some(),
             energies: self.running.energies,
             trace: self.options.trace,
+            count: self.options.count,
         };
         let size = self.options.workgroup;
-        let stitch = self.pipeline(shader::stitch(&variant, size), &key, "stitch")?;
+        let text = shader::stitch(&variant, size);
+        let segments = match variant.count && !variant.trace {
+            true => Some(counters::segments(&self.options.faulty(text.clone()))),
+            false => None,
+        };
+        let segments = segments.transpose().map_err(|fault| self.device.fault(&fault.0))?.map(Arc::new);
+        let stitch = self.pipeline(text, &key, "stitch")?;
         let choose = self.pipeline(shader::select(&variant, size), &key, "choose")?;
 
         let weights = kernel.weights();
@@ -193,13 +203,13 @@ impl<'a> BatchMaker<'a> {
             Some(table) => &maker.words("table", &layout::table_words(table))?,
             None => &self.no_table,
         };
-        let trace = match self.options.trace {
-            true => {
-                let words = trace::words(&kernel.stencil) * batch.faces.len();
-                Some(maker.storage("trace", 4 * words as u64, BufferUsages::COPY_SRC)?)
-            }
-            false => None,
+        let words = match (self.options.trace, self.options.count) {
+            (true, _) => Some(trace::words(&kernel.stencil)),
+            (false, count) => count.then_some(counters::COUNTERS),
         };
+        let storage =
+            |words| maker.storage("trace", 4 * (words * batch.faces.len()) as u64, BufferUsages::COPY_SRC);
+        let trace = words.map(storage).transpose()?;
         let Shared { surface, topology, points, knots, results, lists, shapes, known } = &self.shared;
         let stitch_groups = uniforms.each_ref().map(|uniform| {
             let mut bound = vec![&stencil, uniform, surface, topology, points, knots, results, table, lists];
@@ -208,7 +218,7 @@ impl<'a> BatchMaker<'a> {
         });
         let bound = [&stencil, &uniforms[0], surface, topology, shapes, knots, results, known, lists];
         let choose_group = bind_group(self.device, "choose", &self.choose_layout, &bound);
-        let made = BatchOnDevice { stitch, choose, stitch_groups, choose_group, trace, uniforms, settings };
+        let made = BatchOnDevice { stitch, choose, stitch_groups, choose_group, trace, segments, uniforms, settings };
         made.write(&self.device.queue);
         Ok(Some(made))
     }

@@ -1,9 +1,11 @@
 //! The GPU backend: a thread a stitch, a dispatch a stitch type. The f32 CPU backend is its twin, stage by stage and, where
 //! shaders run as they are written, bit by bit.
 
+pub mod account;
 mod adapter;
 mod batch;
 mod buffers;
+pub mod counters;
 mod exact;
 mod exchange;
 mod frame;
@@ -51,6 +53,9 @@ pub struct GpuOptions {
     pub own_shaders: bool,
     /// Whether stages are kept for [`GpuBackend::trace`].
     pub trace: bool,
+    /// Whether what threads do is counted for [`GpuBackend::counted`]; not together with `trace`.
+    #[doc(hidden)]
+    pub count: bool,
     /// Seed of an order in which stitch types are dispatched; 0 is their own. The result does not depend on it.
     pub order: u64,
     /// A text in the shaders and what stands there instead: a fault, to see that comparisons find it.
@@ -94,6 +99,7 @@ impl GpuOptions {
         exact: true,
         own_shaders: false,
         trace: false,
+        count: false,
         order: 0,
         fault: None,
         on_cpu: OnCpu::Nothing,
@@ -293,6 +299,20 @@ impl GpuBackend {
             return Ok(Vec::new());
         };
         readback::read(&self.device, buffer)
+    }
+
+    /// What a batch's stitches did in the last frame, a face each, if [`GpuOptions::count`] asked for it and shaders run as
+    /// they are written.
+    ///
+    /// # Errors
+    /// A device that fails.
+    #[doc(hidden)]
+    pub fn counted(&self, batch: usize) -> Result<Vec<counters::Counted>> {
+        let batch = self.batches[batch].as_ref().filter(|_| self.is_exact());
+        let Some((segments, buffer)) = batch.and_then(|b| b.segments.as_ref().zip(b.trace.as_ref())) else {
+            return Ok(Vec::new());
+        };
+        Ok(counters::read(segments, &readback::read(&self.device, buffer)?))
     }
 
     /// The places of vertices, the areas of faces and the normals of corner groups of the last frame, each x, y, z.
