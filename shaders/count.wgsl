@@ -2,7 +2,7 @@
 
 @group(0) @binding(9) var<storage, read_write> counts: array<u32>;
 
-const COUNTERS: u32 = 512u;
+const COUNTERS: u32 = 256u;
 
 // How often each block ran that costs anything.
 var<private> counted: array<u32, COUNTERS>;

@@ -18,7 +18,9 @@ use naga::{
 use std::collections::HashMap;
 
 /// Counters of a thread; as many as `COUNTERS` in `shaders/count.wgsl`.
-pub const COUNTERS: usize = 512;
+pub const COUNTERS: usize = 256;
+/// Functions whose calls are counted: they begin with a segment.
+pub const CALLS: [&str; 4] = ["run_solve", "assemble", "factorise", "solve_factors"];
 /// Files and functions that are charged to who calls them: they have no branches.
 const HELPERS: [&str; 6] = ["vector", "places", "stencil", "know_counts", "in_plane", "stepped"];
 /// The shader's file of the counters themselves.
@@ -29,12 +31,8 @@ const OWN_FILE: &str = "count";
 pub struct Segment {
     /// The function that they stand in.
     pub function: String,
-    /// Whether the function begins with them.
-    pub begins: bool,
     /// What they cost.
     pub costs: Costs,
-    /// Bytes of private arrays, by an index that is not known to a compiler.
-    pub private: u64,
 }
 
 /// What a thread did.
@@ -42,14 +40,13 @@ pub struct Segment {
 pub struct Counted {
     /// By stage.
     pub costs: Costs,
-    /// Bytes of private arrays, read and written by an index that is not known to a compiler.
-    pub private: u64,
-    /// `[function][segment]` how often each segment ran, in the order of the text; functions without a branch have none.
+    /// `[function][segment]` how often each segment ran that costs anything, in the order of the text; none of functions
+    /// that always cost the same.
     pub runs: HashMap<String, Vec<u64>>,
 }
 
 impl Counted {
-    /// How often a function was called, if it has a counter.
+    /// How often a function was called that is one of [`CALLS`].
     pub fn calls(&self, function: &str) -> u64 {
         self.runs.get(function).map_or(0, |runs| runs[0])
     }
@@ -62,7 +59,6 @@ pub(super) fn read(segments: &[Segment], words: &[f32]) -> Vec<Counted> {
         for (segment, word) in segments.iter().zip(words) {
             let runs = u64::from(word.to_bits());
             counted.costs.add(&segment.costs, runs);
-            counted.private += runs * segment.private;
             counted.runs.entry(segment.function.clone()).or_default().push(runs);
         }
         counted
@@ -71,7 +67,7 @@ pub(super) fn read(segments: &[Segment], words: &[f32]) -> Vec<Counted> {
 }
 
 /// The segments of a shader's text, in the order of their counters.
-pub(super) fn segments(text: &str) -> Result<Vec<Segment>, Fault> {
+pub fn segments(text: &str) -> Result<Vec<Segment>, Fault> {
     let (module, info) = shader::parse(text)?;
     Ok(insert(&module, &info)?.1)
 }
@@ -107,7 +103,7 @@ fn insert(module: &Module, info: &ModuleInfo) -> Result<(Module, Vec<Segment>), 
             continue;
         }
         let helps = HELPERS.contains(&name) || HELPERS.contains(&file);
-        let stage = STAGES.iter().position(|s| *s == file);
+        let stage = STAGES.iter().position(|s| *s == file).filter(|_| !helps);
         if stage.is_none() && !helps {
             return Err(Fault(format!("'{name}' belongs to no stage")));
         }
@@ -135,17 +131,16 @@ fn insert(module: &Module, info: &ModuleInfo) -> Result<(Module, Vec<Segment>), 
     Ok((changed, pass.segments))
 }
 
-/// What statements cost: by stage, for whoever calls them, and in private arrays.
+/// What statements cost: by stage, and for whoever calls them.
 #[derive(Clone, Debug, Default)]
 struct Flat {
     costs: Costs,
     callers: [u64; Kind::COUNT],
-    private: u64,
 }
 
 impl Flat {
     fn is_nothing(&self) -> bool {
-        self.costs == Costs::default() && self.callers == [0; Kind::COUNT] && self.private == 0
+        self.costs == Costs::default() && self.callers == [0; Kind::COUNT]
     }
 
     fn charge(&mut self, stage: Option<usize>, kind: Kind, n: u64) {
@@ -158,7 +153,6 @@ impl Flat {
     /// Adds what a call costs in a function of that stage.
     fn call(&mut self, stage: Option<usize>, called: &Flat) {
         self.costs.add(&called.costs, 1);
-        self.private += called.private;
         for kind in Kind::ALL {
             self.charge(stage, kind, called.callers[kind as usize]);
         }
@@ -188,9 +182,10 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// What a block costs, if that is always the same: without branches, or where nothing in it costs anything.
+    /// What a block costs, if that is always the same: where nothing that costs anything stands in a branch or behind one
+    /// that leaves.
     fn flat(&self, text: &Text, block: &Block) -> Result<Option<Flat>, Fault> {
-        let (mut flat, mut branches) = (Flat::default(), false);
+        let (mut flat, mut leaving) = (Flat::default(), false);
         for statement in block {
             let mut blocks = Vec::new();
             match statement {
@@ -205,15 +200,15 @@ impl Pass<'_> {
                 }
             }
             for block in blocks {
-                branches = true;
+                // What `&&` and `||` come to: a branch that costs nothing, and from which the text goes on.
+                leaving |= leaves(block);
                 match self.flat(text, block)? {
                     Some(inner) if inner.is_nothing() => {}
                     _ => return Ok(None),
                 }
             }
         }
-        // After an early return the rest does not run.
-        Ok((!branches || flat.is_nothing()).then_some(flat))
+        Ok((!leaving || flat.is_nothing()).then_some(flat))
     }
 
     /// Adds what a statement costs; says whether that is always the same.
@@ -276,11 +271,10 @@ impl Pass<'_> {
         flat: &mut Flat,
     ) -> Result<(), Fault> {
         let bytes = u64::from(self.inner(text, value).size(self.module.to_ctx()));
-        let (mut at, mut indexed) = (pointer, false);
+        let mut at = pointer;
         let variable = loop {
             match text.function.expressions[at] {
-                Expression::Access { base, .. } => (at, indexed) = (base, true),
-                Expression::AccessIndex { base, .. } => at = base,
+                Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => at = base,
                 Expression::GlobalVariable(variable) => break Some(&self.module.global_variables[variable]),
                 Expression::LocalVariable(_) => break None,
                 _ => return Err(Fault("a pointer from who knows where".into())),
@@ -292,8 +286,8 @@ impl Pass<'_> {
                 let kind = Kind::of(name, write).ok_or_else(|| Fault(format!("a buffer '{name}'")))?;
                 flat.charge(text.stage, kind, bytes);
             }
-            Some(variable) if variable.space == AddressSpace::Uniform => {}
-            _ => flat.private += if indexed { bytes } else { 0 },
+            // Uniforms and what is a thread's own.
+            _ => {}
         }
         Ok(())
     }
@@ -306,8 +300,9 @@ impl Pass<'_> {
         let body = std::mem::take(&mut changed.body);
         let counted = changed.expressions.append(Expression::GlobalVariable(self.counted), Span::UNDEFINED);
         let one = changed.expressions.append(Expression::Literal(Literal::U32(1)), Span::UNDEFINED);
+        let begins = text.function.name.as_deref().is_some_and(|name| CALLS.contains(&name));
         let mut segments =
-            Segments { text: Text { stage: Some(stage), ..*text }, changed, counted, one, begins: true };
+            Segments { text: Text { stage: Some(stage), ..*text }, changed, counted, one, begins };
         segments.changed.body = self.block(&mut segments, body)?;
         Ok(())
     }
@@ -343,18 +338,27 @@ impl Pass<'_> {
         Ok(done)
     }
 
-    /// Ends a segment: its counter, then its statements. One that costs nothing has none, unless the function begins there.
+    /// Ends a segment: its counter, then its statements. One that costs nothing has none, unless it tells of a call.
     fn close(&mut self, to: &mut Segments, done: &mut Block, segment: &mut Block, flat: &mut Flat) {
         let flat = std::mem::take(flat);
         if to.begins || !flat.is_nothing() {
             to.add_one(done, self.segments.len() as u32);
             let function = to.text.function.name.clone().unwrap_or_default();
-            let (costs, private) = (flat.costs, flat.private);
-            self.segments.push(Segment { function, begins: to.begins, costs, private });
+            self.segments.push(Segment { function, costs: flat.costs });
             to.begins = false;
         }
         done.append(segment);
     }
+}
+
+/// Whether a block may end before its text does.
+fn leaves(block: &Block) -> bool {
+    block.iter().any(|statement| match statement {
+        Statement::If { accept, reject, .. } => leaves(accept) || leaves(reject),
+        Statement::Block(block) => leaves(block),
+        Statement::Emit(_) | Statement::Store { .. } | Statement::Call { .. } => false,
+        _ => true,
+    })
 }
 
 /// The function that counters are put into.
