@@ -218,7 +218,16 @@ impl<'a> BatchMaker<'a> {
         });
         let bound = [&stencil, &uniforms[0], surface, topology, shapes, knots, results, known, lists];
         let choose_group = bind_group(self.device, "choose", &self.choose_layout, &bound);
-        let made = BatchOnDevice { stitch, choose, stitch_groups, choose_group, trace, segments, uniforms, settings };
+        let made = BatchOnDevice {
+            stitch,
+            choose,
+            stitch_groups,
+            choose_group,
+            trace,
+            segments,
+            uniforms,
+            settings,
+        };
         made.write(&self.device.queue);
         Ok(Some(made))
     }

@@ -246,7 +246,9 @@ impl Pass<'_> {
             Expression::Load { pointer } => return self.access(text, *pointer, handle, false, flat),
             Expression::Binary { op: Add | Subtract | Multiply | Divide, .. } if float => components,
             Expression::Math { fun: MathFunction::Sqrt, .. } => components,
-            Expression::Binary { op: Modulo, .. } if float => return Err(Fault("a remainder of floats".into())),
+            Expression::Binary { op: Modulo, .. } if float => {
+                return Err(Fault("a remainder of floats".into()));
+            }
             Expression::Math { fun, .. }
                 if float && !matches!(fun, MathFunction::Abs | MathFunction::Floor) =>
             {

@@ -1,7 +1,7 @@
 //! Shaders: put together from their files, compiled for the device.
 
-use super::{counters, exact};
 use super::layout::{self, Variant};
+use super::{counters, exact};
 use std::borrow::Cow;
 
 /// Threads that work side by side.
@@ -117,7 +117,7 @@ pub(super) fn checked(module: &naga::Module) -> Result<naga::valid::ModuleInfo, 
 /// With `rolled`, loops are given a second bound, so that a driver's compiler takes them as they are instead of guessing from
 /// the length of arrays how often to repeat their text: that takes software drivers a minute.
 pub fn spirv(text: &str, rolled: bool) -> Result<Vec<u32>, Fault> {
-    let (module, info) = parse(text)?;
+    let (module, info) = counters::counting(parse(text)?)?;
     written(&module, &info, rolled)
 }
 
