@@ -213,7 +213,7 @@ const WORD: usize = 4;
 /// Bytes of a place.
 const PLACE: usize = 3 * WORD;
 
-/// What a stitch costs whose faces are all worked on.
+/// What a stitch costs where all faces are worked on, none chosen, by the shader that serves all stitch types.
 pub fn stitch(stencil: &Stencil<f32>, way: &Way, events: &Events) -> Costs {
     let mut costs = Costs::default();
     let solves = way.solver.is_some();

@@ -99,7 +99,7 @@ fn insert(module: &Module, info: &ModuleInfo) -> Result<(Module, Vec<Segment>), 
         let name = function.name.as_deref().unwrap_or_default();
         let file = files.get(name).copied().unwrap_or(name);
         if file == OWN_FILE {
-            pass.of.insert(handle, Called::Flat(Flat::default()));
+            pass.of.insert(handle, Some(Flat::default()));
             continue;
         }
         let helps = HELPERS.contains(&name) || HELPERS.contains(&file);
@@ -108,15 +108,14 @@ fn insert(module: &Module, info: &ModuleInfo) -> Result<(Module, Vec<Segment>), 
             return Err(Fault(format!("'{name}' belongs to no stage")));
         }
         let text = Text { function, info: &info[handle], stage };
-        let called = match pass.flat(&text, &function.body)? {
-            Some(flat) => Called::Flat(flat),
-            None if helps => return Err(Fault(format!("'{name}' branches"))),
-            None => Called::Counts,
-        };
-        if let Called::Counts = called {
+        let flat = pass.flat(&text, &function.body)?;
+        if flat.is_none() {
+            if helps {
+                return Err(Fault(format!("'{name}' branches")));
+            }
             pass.count(&text, changed.functions.get_mut(handle))?;
         }
-        pass.of.insert(handle, called);
+        pass.of.insert(handle, flat);
     }
     for (i, entry) in module.entry_points.iter().enumerate() {
         let stage = files.get(entry.name.as_str()).and_then(|file| STAGES.iter().position(|s| s == file));
@@ -159,14 +158,6 @@ impl Flat {
     }
 }
 
-/// What a call of a function costs.
-enum Called {
-    /// Always the same.
-    Flat(Flat),
-    /// The function has counters of its own.
-    Counts,
-}
-
 /// A function as it was.
 struct Text<'a> {
     function: &'a Function,
@@ -178,7 +169,8 @@ struct Pass<'a> {
     module: &'a Module,
     counted: Handle<naga::GlobalVariable>,
     segments: Vec<Segment>,
-    of: HashMap<Handle<Function>, Called>,
+    /// What a call costs, where that is always the same; none of functions that have counters of their own.
+    of: HashMap<Handle<Function>, Option<Flat>>,
 }
 
 impl Pass<'_> {
@@ -221,7 +213,7 @@ impl Pass<'_> {
             }
             Statement::Store { pointer, value } => self.access(text, *pointer, *value, true, flat)?,
             Statement::Call { function, .. } => match self.of.get(function) {
-                Some(Called::Flat(called)) => flat.call(text.stage, called),
+                Some(Some(called)) => flat.call(text.stage, called),
                 _ => return Ok(false),
             },
             Statement::Break | Statement::Continue | Statement::Return { .. } => {}
