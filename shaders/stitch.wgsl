@@ -158,8 +158,8 @@ fn stitch(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups)
         }
     }
     report(face, entry.hidden, known, sound, outcome);
-    trace_end(face);
     store(face, loaded.first);
+    trace_end(face);
 }
 
 // Puts down how it ended.

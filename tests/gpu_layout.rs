@@ -39,6 +39,7 @@ fn variant<'a>(kernel: &Kernel<f32>, room: Option<Counts>, grid: Option<&'a Grid
         spaced: false,
         energies: true,
         trace: false,
+        count: false,
     }
 }
 

@@ -214,6 +214,8 @@ pub struct Variant<'a> {
     pub energies: bool,
     /// Whether stages are told.
     pub trace: bool,
+    /// Whether what threads do is counted, see [`super::counters`]; not where stages are told.
+    pub count: bool,
 }
 
 /// The constants by which a stitch's shader is compiled.

@@ -1,8 +1,10 @@
 //! The GPU backend: a thread a stitch, a dispatch a stitch type. The f32 CPU backend is its twin, stage by stage and, where
 //! shaders run as they are written, bit by bit.
 
+pub mod account;
 mod adapter;
 mod buffers;
+pub mod counters;
 mod curves;
 mod exact;
 mod exchange;
@@ -59,6 +61,9 @@ pub struct GpuOptions {
     pub own_shaders: bool,
     /// Whether stages are kept for [`GpuBackend::trace`].
     pub trace: bool,
+    /// Whether what threads do is counted for [`GpuBackend::counted`]; not together with `trace`.
+    #[doc(hidden)]
+    pub count: bool,
     /// Seed of an order in which stitch types are dispatched; 0 is their own. The result does not depend on it.
     pub order: u64,
     /// Whether the device's own times are taken ([`super::Backend::device_times`]).
@@ -110,6 +115,7 @@ impl GpuOptions {
         exact: true,
         own_shaders: false,
         trace: false,
+        count: false,
         order: 0,
         timed: false,
         most_bytes: None,
@@ -294,6 +300,25 @@ impl GpuBackend {
             }
         }
         Ok(words)
+    }
+
+    /// What a batch's stitches did in the last frame, a face each, if [`GpuOptions::count`] asked for it and shaders run as
+    /// they are written.
+    ///
+    /// # Errors
+    /// A device that fails.
+    #[doc(hidden)]
+    pub fn counted(&self, batch: usize) -> Result<Vec<counters::Counted>> {
+        let of_type = self.types[batch].as_ref().filter(|_| self.is_exact());
+        let Some(segments) = of_type.and_then(|t| t.segments.as_ref()) else { return Ok(Vec::new()) };
+        let mut all = Vec::new();
+        for part in &self.parts {
+            if let Some(buffer) = part.batches[batch].as_ref().and_then(|b| b.trace.as_ref()) {
+                let count = counters::COUNTERS * part.slice.batches[batch].len();
+                all.extend(counters::read(segments, &readback::read(&self.device, buffer)?[..count]));
+            }
+        }
+        Ok(all)
     }
 
     /// The places of vertices, the areas of faces and the normals of corner groups of the last frame, each x, y, z.

@@ -8,7 +8,7 @@ use super::readback::Readback;
 use super::shared::SharedKernels;
 use super::slice::Slice;
 use super::types::{Shaders, StitchType};
-use super::{GpuOptions, trace};
+use super::{GpuOptions, counters, trace};
 use crate::Result;
 use crate::backend::Running;
 use crate::knot::{Kernel, Start};
@@ -139,13 +139,12 @@ impl PartMaker<'_> {
         };
         let maker = Maker(self.device);
         let uniforms = [maker.uniform("settings", &settings), maker.uniform("settings", &settings)];
-        let trace = match self.options.trace {
-            true => {
-                let words = trace::words(&kernel.stencil) * own.len();
-                Some(maker.storage("trace", 4 * words as u64, BufferUsages::COPY_SRC)?)
-            }
-            false => None,
+        let words = match (self.options.trace, self.options.count) {
+            (true, _) => Some(trace::words(&kernel.stencil)),
+            (false, count) => count.then_some(counters::COUNTERS),
         };
+        let storage = |words| maker.storage("trace", 4 * (words * own.len()) as u64, BufferUsages::COPY_SRC);
+        let trace = words.map(storage).transpose()?;
         let Buffers { surface, topology, points, knots, results, lists, shapes, known, .. } = buffers;
         let StitchType { stencil, table, .. } = on_device;
         let stitch_groups = uniforms.each_ref().map(|uniform| {
@@ -167,6 +166,7 @@ pub(super) struct BatchOnDevice {
     /// For faces to be solved, and for those to be lifted only.
     pub stitch_groups: [wgpu::BindGroup; 2],
     pub choose_group: wgpu::BindGroup,
+    /// What stages came to, or what is counted.
     pub trace: Option<wgpu::Buffer>,
     uniforms: [wgpu::Buffer; 2],
     settings: Settings,

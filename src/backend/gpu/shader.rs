@@ -1,7 +1,7 @@
 //! Shaders: put together from their files, compiled for the device.
 
-use super::exact;
 use super::layout::{self, Variant};
+use super::{counters, exact};
 use std::borrow::Cow;
 
 /// Threads that work side by side.
@@ -14,7 +14,7 @@ macro_rules! files {
 }
 
 /// The shaders' files, by stem.
-const FILES: [(&str, &str); 21] = files!(
+const FILES: [(&str, &str); 22] = files!(
     "vector",
     "stencil",
     "settings",
@@ -29,6 +29,7 @@ const FILES: [(&str, &str); 21] = files!(
     "lift",
     "trace",
     "no_trace",
+    "count",
     "load",
     "stitch",
     "select",
@@ -37,6 +38,15 @@ const FILES: [(&str, &str); 21] = files!(
     "surface",
     "curve",
 );
+
+/// The functions that the shaders' files define, each with the stem of its file.
+pub(super) fn functions() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let of_file = |(stem, text): &(&'static str, &'static str)| {
+        let stem = *stem;
+        text.lines().filter_map(move |line| Some((line.strip_prefix("fn ")?.split('(').next()?, stem)))
+    };
+    FILES.iter().flat_map(of_file)
+}
 
 fn file(stem: &str) -> &'static str {
     FILES.iter().find(|(name, _)| *name == stem).expect("a shader's stem").1
@@ -50,7 +60,11 @@ fn workgroup(size: u32) -> String {
 pub fn stitch(variant: &Variant, size: u32) -> String {
     let mut text = workgroup(size) + &layout::constants(variant);
     let table = if variant.grid.is_some() { "table" } else { "no_table" };
-    let trace = if variant.trace { "trace" } else { "no_trace" };
+    let trace = match (variant.trace, variant.count) {
+        (true, _) => "trace",
+        (false, true) => "count",
+        (false, false) => "no_trace",
+    };
     for stem in [
         "vector", "stencil", "settings", "frame", "start", table, "lift", "energy", "sums", "factor", trace,
         "solve", "places", "load", "stitch",
@@ -91,10 +105,17 @@ pub struct Fault(pub String);
 /// The module that a shader's text means, checked.
 pub fn parse(text: &str) -> Result<(naga::Module, naga::valid::ModuleInfo), Fault> {
     let module = naga::front::wgsl::parse_str(text).map_err(|e| Fault(e.emit_to_string(text)))?;
+    let info = checked(&module).map_err(|e| Fault(e.emit_to_string(text)))?;
+    Ok((module, info))
+}
+
+type Invalid = naga::WithSpan<naga::valid::ValidationError>;
+
+/// What is known of a module, if it is valid.
+pub(super) fn checked(module: &naga::Module) -> Result<naga::valid::ModuleInfo, Box<Invalid>> {
     let flags = naga::valid::ValidationFlags::all();
     let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
-    let info = validator.validate(&module).map_err(|e| Fault(e.emit_to_string(text)))?;
-    Ok((module, info))
+    Ok(validator.validate(module)?)
 }
 
 /// SPIR-V of a shader's text, its sums as written.
@@ -102,7 +123,7 @@ pub fn parse(text: &str) -> Result<(naga::Module, naga::valid::ModuleInfo), Faul
 /// With `rolled`, loops are given a second bound, so that a driver's compiler takes them as they are instead of guessing from
 /// the length of arrays how often to repeat their text: that takes software drivers a minute.
 pub fn spirv(text: &str, rolled: bool) -> Result<Vec<u32>, Fault> {
-    let (module, info) = parse(text)?;
+    let (module, info) = counters::counting(parse(text)?)?;
     written(&module, &info, rolled, None)
 }
 
@@ -157,7 +178,7 @@ pub fn compile(
             source: wgpu::ShaderSource::Wgsl(Cow::Borrowed(text)),
         }));
     }
-    let (module, info) = parse(text)?;
+    let (module, info) = counters::counting(parse(text)?)?;
     let words = written(&module, &info, how.rolled, how.free)?;
     let entry = |e: &naga::EntryPoint| wgpu::PassthroughShaderEntryPoint {
         name: Cow::Owned(e.name.clone()),

@@ -1,12 +1,12 @@
 //! Stitch types on the device: their shaders, their words, their tables.
 
-use super::GpuOptions;
 use super::adapter::Device;
 use super::buffers::Maker;
 use super::layout::{self, Counts, Variant};
 use super::pipeline::{Kind, bind_group_layout, pipeline};
 use super::shader::{self, How};
 use super::shared::how;
+use super::{GpuOptions, counters};
 use crate::Result;
 use crate::backend::Running;
 use crate::knot::Kernel;
@@ -34,13 +34,15 @@ pub(super) struct StitchType {
     pub choose: Option<wgpu::ComputePipeline>,
     pub stencil: wgpu::Buffer,
     pub table: wgpu::Buffer,
+    /// What is counted of it.
+    pub segments: Option<Vec<counters::Segment>>,
 }
 
 impl Shaders {
     pub fn new(device: &Device, running: &Running, options: &GpuOptions, kernels: &[Kernel<f32>]) -> Self {
         use Kind::{Read, Uniform, Write};
         let mut kinds = vec![Read, Uniform, Read, Read, Write, Write, Write, Read, Read];
-        if options.trace {
+        if options.trace || options.count {
             kinds.push(Write);
         }
         let choose_kinds = [Read, Uniform, Read, Read, Write, Write, Write, Read, Write];
@@ -69,8 +71,14 @@ impl Shaders {
             Some(table) => maker.words("table", &layout::table_words(table))?,
             None => no_table.clone(),
         };
-        let text = shader::stitch(&self.variant(kernel), self.options.workgroup);
+        let variant = self.variant(kernel);
+        let text = shader::stitch(&variant, self.options.workgroup);
+        let segments = match variant.count && !variant.trace {
+            true => Some(counters::segments(&self.options.faulty(text.clone()))),
+            false => None,
+        };
         Ok(StitchType {
+            segments: segments.transpose().map_err(|fault| device.fault(&fault.0))?,
             stitch: self.pipeline(device, text, key, "stitch")?,
             choose: None,
             stencil: maker.words("stencil", &layout::words(kernel, &self.room(kernel)))?,
@@ -103,6 +111,7 @@ impl Shaders {
             spaced: kernel.beta().is_some(),
             energies: self.energies,
             trace: self.options.trace,
+            count: self.options.count,
         }
     }
 
