@@ -1,7 +1,8 @@
 //! Which device is taken, and what becomes of frames when it fails.
 //!
 //! Seeded faults, each seen red here: a lost device taken for a finished frame, the state of the frame before not handed over,
-//! hidden faces forgotten at the change.
+//! hidden faces forgotten at the change; knots that nobody asked for not brought back all the same, though the CPU would have
+//! to start from them.
 #![cfg(feature = "gpu")]
 
 mod common;
@@ -9,7 +10,7 @@ mod common;
 use assert_cmd::Command;
 use common::grid::{Wrap, grid};
 use glam::DVec3;
-use knotmesh::backend::{Backend, DeviceBackend, DeviceKind, FrameOutput, Recipe, Running};
+use knotmesh::backend::{Backend, DeviceBackend, DeviceKind, FrameOutput, Recipe, Running, Wanted};
 use knotmesh::knot::{Settings, Start};
 use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::{NO_SECOND_SLOT, Scene, SceneOptions};
@@ -38,12 +39,18 @@ fn frame(mesh: &StitchMesh, t: f64) -> Vec<DVec3> {
 fn frames_go_on_where_the_device_was_lost() {
     let Some(adapter) = common::gpu::adapter() else { return };
     let (mesh, name) = (mesh(), adapter.report().name);
-    for start in [Start::Affine, Start::Previous] {
+    let less = Wanted { knots: false, curves: 3 };
+    for (start, wanted) in
+        [Start::Affine, Start::Previous].into_iter().flat_map(|s| [(s, None), (s, Some(less))])
+    {
         let mut whole = DeviceBackend::<f32>::new(recipe(&mesh, start, None), DeviceKind::Cpu).unwrap();
         let mut broken =
             DeviceBackend::<f32>::new(recipe(&mesh, start, Some(name.clone())), DeviceKind::Auto).unwrap();
         assert!(broken.adapter().is_some(), "the adapter named is taken");
         broken.notes();
+        if let Some(wanted) = wanted {
+            broken.set_wanted(wanted).unwrap();
+        }
         let [mut a, mut b] = [FrameOutput::default(), FrameOutput::default()];
         let seen: Vec<bool> = (0..mesh.face_count()).map(|f| f % 12 < 7).collect();
         for i in 0..6 {
@@ -73,8 +80,16 @@ fn frames_go_on_where_the_device_was_lost() {
             let points = a.points.iter().zip(&b.points).zip(compared);
             let off = points.filter(|((p, q), compared)| *compared && p != q).count();
             assert_eq!(off, 0, "{start:?} frame {i}: points that differ");
-            let off = a.knots.iter().zip(&b.knots).filter(|(p, q)| p != q).count();
-            assert_eq!(off, 0, "{start:?} frame {i}: knots that differ");
+            if wanted.is_none() || start == Start::Previous {
+                let off = a.knots.iter().zip(&b.knots).filter(|(p, q)| p != q).count();
+                assert_eq!(
+                    (a.knots.len(), off),
+                    (b.knots.len(), 0),
+                    "{start:?} frame {i}: knots that differ"
+                );
+            }
+            let has_curves = wanted.is_some() && i < 3;
+            assert_eq!(b.curves.subdivide, if has_curves { 3 } else { 0 }, "{start:?} frame {i}");
             assert_eq!(a.skipped.hidden, b.skipped.hidden, "{start:?} frame {i}");
         }
     }

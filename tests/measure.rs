@@ -219,7 +219,8 @@ fn the_command_writes_its_files() {
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 5);
     assert!(std::fs::read(out.join("measure.png")).unwrap().starts_with(b"\x89PNG"));
     let svg = std::fs::read_to_string(out.join("measure.svg")).unwrap();
-    assert!(svg.contains("Pareto front") && svg.contains("safeguarded 3 f64"));
+    // Which variants are named depends on their times; families always are.
+    assert!(svg.contains("Pareto front") && svg.contains("safeguarded f64"));
 
     // A mesh without knots has no error.
     let mut weave = assert_cmd::Command::cargo_bin("knotmesh").unwrap();

@@ -26,10 +26,15 @@ fn names(instruction: &[u32], name: &str) -> bool {
 }
 
 /// Forbids fusing and reordering in a SPIR-V module, every operation of it but those of a function that is to be left
-/// `free`. A module that cannot be read is returned as it was.
+/// `free`; with a dash before its name, only those of that function. A module that cannot be read is returned as it was.
 pub fn forbid_contraction(module: Vec<u32>, free: Option<&str>) -> Vec<u32> {
     let mut results = Vec::new();
-    let (mut freed, mut is_free) = (None, false);
+    let (all, free) = match free.map(|f| (f.strip_prefix('-'), f)) {
+        Some((Some(but), _)) => (true, Some(but)),
+        Some((None, one)) => (false, Some(one)),
+        None => (false, None),
+    };
+    let (mut found, mut is_free) = (None, all);
     let mut place = None;
     let mut at = HEADER;
     while at < module.len() {
@@ -42,9 +47,9 @@ pub fn forbid_contraction(module: Vec<u32>, free: Option<&str>) -> Vec<u32> {
         }
         match op {
             OP_NAME if free.is_some_and(|free| names(&module[at..at + count], free)) => {
-                freed = Some(module[at + 1]);
+                found = Some(module[at + 1]);
             }
-            OP_FUNCTION if count > 2 => is_free = freed == Some(module[at + 2]),
+            OP_FUNCTION if count > 2 => is_free = all != (found == Some(module[at + 2])),
             _ => {}
         }
         if ARITHMETIC.contains(&op) && count > 2 && !is_free {

@@ -291,8 +291,7 @@ impl GpuBackend {
         output.knots.resize(if self.wanted.knots { scene.knot_count } else { 0 }, KnotState::default());
         output.faces.resize(scene.face_count, unsolved());
         output.points.resize(scene.yarns.point_count(), V3::zero());
-        output.skipped = Skipped::default();
-        output.curves.subdivide = 0;
+        let mut all_skipped = Skipped::default();
         let mut cross = std::mem::take(&mut self.cross);
         for (i, part) in self.parts.iter().enumerate() {
             let comes = self.comes(part, false);
@@ -307,15 +306,14 @@ impl GpuBackend {
                 cross.take(i, vectors(bytemuck::cast_slice(open)));
                 take_faces(bytemuck::cast_slice(knots), bytemuck::cast_slice(results), part, &scene, output);
                 if !counts.is_empty() {
-                    output.skipped = output.skipped + skipped(bytemuck::cast_slice(counts));
+                    all_skipped = all_skipped + skipped(bytemuck::cast_slice(counts));
                 }
             })?;
         }
         cross.join(&mut output.points);
         self.cross = cross;
-        if let Some(curves) = &self.curves {
-            curves.collect(&self.device, &scene, output)?;
-        }
+        self.collect_curves(output)?;
+        output.skipped = all_skipped;
         let mut without_yarn = 0;
         for (batch, kernel) in scene.batches.iter().zip(&self.kernels) {
             if kernel.stencil.points.is_empty() {
@@ -360,15 +358,19 @@ impl GpuBackend {
     pub(super) fn collect_turned(&mut self, motion: &Motion, output: &mut FrameOutput<f32>) -> Result<()> {
         let (origin, gauge) = (self.surface.origin(), self.scene.gauge);
         self.cross.take_turned(&output.points, motion, origin, gauge);
-        output.curves.subdivide = 0;
         for part in &self.parts {
             let bytes = self.comes(part, true)[0];
             part.readback.wait(&self.device, |all| take_points(&all[..bytes], part, output))?;
         }
         self.cross.join(&mut output.points);
+        self.collect_curves(output)
+    }
+
+    fn collect_curves(&self, output: &mut FrameOutput<f32>) -> Result<()> {
         if let Some(curves) = &self.curves {
-            curves.collect(&self.device, &self.scene, output)?;
+            return curves.collect(&self.device, &self.scene, output);
         }
+        output.curves.subdivide = 0;
         Ok(())
     }
 }
