@@ -6,7 +6,9 @@ use super::progress::Progress;
 use super::report::{self, FrameReport, Inputs, Report, Seconds};
 use super::skip::{SkipArguments, SkipReport, Visible};
 use super::{Console, Ending};
-use knotmesh::backend::{Backend, DeviceBackend, FrameOutput, Precision, Recipe, Running, table_cache};
+use knotmesh::backend::{
+    Backend, DeviceBackend, FrameOutput, Precision, Recipe, Running, middle, table_cache,
+};
 use knotmesh::curve::{CurveExtras, FrameCurves, UNIFORM_SUBDIVISION};
 use knotmesh::ids::FaceId;
 use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_writer};
@@ -36,7 +38,9 @@ pub struct Arguments {
     /// it, the mesh's own positions are the one frame.
     #[arg(long, value_name = "FRAMES")]
     pub frames: Option<String>,
-    /// Which frames: A:B (B not included), either side may be left out; negative numbers count from the end.
+    /// Which frames: A:B (B not included), either side may be left out; negative numbers count from the end. Files
+    /// are those of a run of all frames, to the byte, with --skip unmoved,rest (or rest,shared, or none) and any start
+    /// but previous.
     #[arg(long, value_name = "A:B", requires = "frames", allow_hyphen_values = true)]
     pub frame_range: Option<String>,
     /// relax solves for the yarn, knots interpolates knots and carries them rigidly, embed interpolates
@@ -319,17 +323,24 @@ impl Job<'_> {
         if let Some(note) = &backend.tables().note {
             self.console.say(format_args!("tables are not kept: {note}"));
         }
-        let source = match &arguments.frames {
+        let mut frames = match &arguments.frames {
             Some(pattern) => Some(Frames::open(pattern, self.scene.vertex_count)?),
             None => None,
         };
-        let count = source.as_ref().map_or(1, Frames::len);
+        let count = frames.as_ref().map_or(1, Frames::len);
         let range = match &arguments.frame_range {
             Some(text) => frame_range(text, count)?,
             None => 0..count,
         };
         if range.is_empty() {
             return Err(Error::invalid("the frame source holds no frames: nothing to do"));
+        }
+
+        let mut positions = own_positions;
+        if let Some(frames) = frames.as_mut().filter(|_| range.start > 0) {
+            // Places are relative to what those of a run of all frames are: the bytes are the same.
+            timed(&mut self.seconds.read_frames, || frames.read(0, &mut positions))?;
+            backend.set_origin(middle(&positions));
         }
 
         let faces = self.scene.face_places.len();
@@ -341,7 +352,7 @@ impl Job<'_> {
         let mut fell_back = Vec::new();
         let mut peak_memory = None;
         self.progress.steps(range.len(), "solving and writing", "frame");
-        let mut source = FrameSource { frames: source, visible, positions: own_positions };
+        let mut source = FrameSource { frames, visible, positions };
         let seconds = &mut self.seconds;
         let mut ready = timed(&mut seconds.read_frames, || source.read(range.start, &mut backend));
         for (done, frame) in range.clone().enumerate() {
@@ -356,7 +367,7 @@ impl Job<'_> {
                     read.and_then(|()| timed(&mut self.seconds.solve, || backend.ahead(&source.positions)));
             }
             if sinks.is_empty() {
-                sinks = self.open_sinks(&output, range.len())?;
+                sinks = self.open_sinks(&output, range.len(), count > 1)?;
             }
             for sink in &mut sinks {
                 timed(&mut self.seconds.write, || sink.frame(&self.scene, frame, &output))?;
@@ -409,7 +420,14 @@ impl Job<'_> {
         Ok(if fell_back.is_empty() || arguments.allow_degenerate { Ending::Done } else { Ending::FellBack })
     }
 
-    fn open_sinks<T: Scalar>(&self, output: &FrameOutput<T>, frame_count: usize) -> Result<Vec<Sink>> {
+    /// Opens the outputs for so many frames, which may be some of a longer `sequence`.
+    fn open_sinks<T: Scalar>(
+        &self,
+        output: &FrameOutput<T>,
+        frame_count: usize,
+        sequence: bool,
+    ) -> Result<Vec<Sink>> {
+        let options = WriteOptions { sequence, ..WriteOptions::default() };
         self.arguments
             .outputs
             .iter()
@@ -427,7 +445,7 @@ impl Job<'_> {
                         frame_count,
                     )?))
                 } else {
-                    Writer::Curves(open_frame_writer(path, frame_count, &WriteOptions::default())?)
+                    Writer::Curves(open_frame_writer(path, frame_count, &options)?)
                 };
                 Ok(Sink { writer, subdivide, extras: self.extras.subdivided(&self.scene, subdivide) })
             })
