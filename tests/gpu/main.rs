@@ -10,6 +10,7 @@
 mod case;
 #[path = "../common/mod.rs"]
 mod common;
+mod errors;
 mod faults;
 mod frames;
 mod independence;
