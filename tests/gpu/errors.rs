@@ -1,9 +1,14 @@
 //! An error that wgpu, or Vulkan's validation layer through it, logs anywhere ends the tests.
 //!
-//! Seeded fault, seen red: a log that keeps what it is told to itself.
+//! Seeded faults, each seen red: a log that keeps what it is told to itself; validation switched off (`WGPU_VALIDATION=0`).
 
 use crate::common::gpu::{LOGGED, adapter};
+use knotmesh::backend::gpu::shader;
 use std::process::Command;
+
+/// Set where Vulkan's validation layer is to be at hand (Debian's `vulkan-validationlayers`): it checks what wgpu cannot, such
+/// as shaders that are handed over as they are.
+const REQUIRED: &str = "KNOTMESH_REQUIRE_VALIDATION";
 
 /// Set for the process that is to make a mistake, which one.
 const MISTAKE: &str = "KNOTMESH_TEST_MISTAKE";
@@ -38,13 +43,32 @@ fn wrong_buffer() {
     assert!(made.is_err(), "wgpu allows it");
 }
 
+/// A shader, handed over as it is, with a buffer that its pipeline knows nothing of.
+fn wrong_shader() {
+    const TEXT: &str = "@group(0) @binding(0) var<storage, read_write> a: array<u32>;
+        @compute @workgroup_size(1) fn main() { a[0] = 1u; }";
+    let device = device();
+    let module = shader::compile(&device, true, true, "wrong", TEXT).expect("naga takes it");
+    let layout = device.create_pipeline_layout(&Default::default());
+    let _ = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+}
+
 /// Nothing in a process of the ordinary sort.
 #[test]
 fn mistakes() {
     let Ok(mistake) = std::env::var(MISTAKE) else { return };
     adapter();
-    if mistake == "buffer" {
-        wrong_buffer();
+    match mistake.as_str() {
+        "buffer" => wrong_buffer(),
+        "shader" => wrong_shader(),
+        _ => {}
     }
 }
 
@@ -57,4 +81,8 @@ fn end_the_tests() {
     assert!(fine && !said.contains(LOGGED), "{said}");
     let (fine, said) = process("buffer");
     assert!(!fine && said.contains(LOGGED), "nobody hears of an error: {said}");
+    if std::env::var_os(REQUIRED).is_some_and(|v| !v.is_empty()) {
+        let (fine, said) = process("shader");
+        assert!(!fine && said.contains(LOGGED) && said.contains("VUID"), "the layer says nothing: {said}");
+    }
 }
