@@ -17,6 +17,9 @@ struct Sizes {
     moved: u32,
     bent: u32,
     turned: u32,
+    // Corners of a face, and faces around a corner group, at most: whatever the topology says, no loop is longer.
+    most_corners: u32,
+    most_around: u32,
 }
 
 @group(0) @binding(0) var<uniform> sizes: Sizes;
@@ -43,7 +46,7 @@ fn areas(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
         return;
     }
     let begin = topology[sizes.face_offsets + face];
-    let end = topology[sizes.face_offsets + face + 1u];
+    let end = begin + min(topology[sizes.face_offsets + face + 1u] - begin, sizes.most_corners);
     let first = at_surface(topology[sizes.face_vertices + begin]);
     var bent = 0u;
     for (var i = begin; i < end; i++) {
@@ -72,7 +75,7 @@ fn corner_normals(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_wor
         return;
     }
     let begin = topology[sizes.group_offsets + group];
-    let end = topology[sizes.group_offsets + group + 1u];
+    let end = begin + min(topology[sizes.group_offsets + group + 1u] - begin, sizes.most_around);
     var sum = vec3<f32>(0.0);
     var turned = 0u;
     for (var i = begin; i < end; i++) {

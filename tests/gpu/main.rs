@@ -13,6 +13,7 @@ mod common;
 mod errors;
 mod faults;
 mod frames;
+mod garbage;
 mod independence;
 mod record;
 mod stages;

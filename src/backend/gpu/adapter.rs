@@ -138,7 +138,15 @@ impl Adapter {
         device.set_device_lost_callback(move |reason, message| {
             keep(&sink, format!("the device was lost ({reason:?}): {message}"));
         });
-        Ok(Device { device, queue, limits, exact, faults, name: self.report().to_string() })
+        Ok(Device {
+            device,
+            queue,
+            limits,
+            exact,
+            faults,
+            storages: Mutex::default(),
+            name: self.report().to_string(),
+        })
     }
 }
 
@@ -169,6 +177,8 @@ pub(super) struct Device {
     /// Whether shaders run as they are written.
     pub exact: bool,
     faults: Arc<Mutex<Option<String>>>,
+    /// All buffers that shaders see, by name: [`super::GpuBackend::spoil`] finds them there.
+    storages: Mutex<Vec<(String, wgpu::Buffer)>>,
     name: String,
 }
 
@@ -177,6 +187,19 @@ impl Device {
     pub fn check(&self) -> Result<()> {
         let fault = self.faults.lock().ok().and_then(|mut f| f.take());
         fault.map_or(Ok(()), |message| Err(self.fault(&message)))
+    }
+
+    /// Remembers a buffer that shaders see.
+    pub fn keep(&self, name: &str, buffer: &wgpu::Buffer) {
+        if let Ok(mut storages) = self.storages.lock() {
+            storages.push((name.into(), buffer.clone()));
+        }
+    }
+
+    /// The buffers of that name.
+    pub fn kept(&self, name: &str) -> Vec<wgpu::Buffer> {
+        let named = |(n, b): &(String, wgpu::Buffer)| (n == name).then(|| b.clone());
+        self.storages.lock().map_or(Vec::new(), |storages| storages.iter().filter_map(named).collect())
     }
 
     /// An error of this device.

@@ -71,6 +71,8 @@ impl Topology {
             moved: word(moved)?,
             bent: word(bent)?,
             turned: word(turned)?,
+            most_corners: most(&scene.face_offsets),
+            most_around: groups.map_or(0, |g| most(&g.offsets)),
         };
         let mut places = Places {
             sizes,
@@ -110,6 +112,11 @@ impl Topology {
     }
 }
 
+/// The most that lies between two offsets.
+fn most(offsets: &[u32]) -> u32 {
+    offsets.windows(2).map(|o| o[1] - o[0]).max().unwrap_or(0)
+}
+
 fn word(at: u64) -> Result<u32> {
     u32::try_from(at).map_err(|_| Error::invalid("more words than a GPU can number: split the mesh"))
 }
@@ -142,13 +149,15 @@ impl Maker<'_> {
                 "the scene's {name} take {bytes} bytes, expected {most} at most as the adapter allows: take --device cpu"
             )));
         }
-        Ok(self.any(name, bytes, BufferUsages::STORAGE | more))
+        let buffer = self.any(name, bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST | more);
+        self.0.keep(name, &buffer);
+        Ok(buffer)
     }
 
     /// A buffer that shaders read, with its words.
     pub fn words<T: bytemuck::Pod>(&self, name: &str, words: &[T]) -> Result<wgpu::Buffer> {
         let bytes: &[u8] = bytemuck::cast_slice(words);
-        let buffer = self.storage(name, bytes.len() as u64, BufferUsages::COPY_DST)?;
+        let buffer = self.storage(name, bytes.len() as u64, BufferUsages::empty())?;
         self.0.queue.write_buffer(&buffer, 0, bytes);
         Ok(buffer)
     }

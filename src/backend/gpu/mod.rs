@@ -11,6 +11,7 @@ pub mod layout;
 mod pipeline;
 mod readback;
 pub mod shader;
+mod spoil;
 pub mod trace;
 
 pub use adapter::{Adapter, AdapterReport};
