@@ -18,7 +18,9 @@ fn arguments(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= sizes.count {
         return;
     }
-    let needed = (lists[sizes.first_count + id.x] + WORKGROUP - 1u) / WORKGROUP;
+    // No list is longer than all of them.
+    let count = min(lists[sizes.first_count + id.x], arrayLength(&lists));
+    let needed = (count + WORKGROUP - 1u) / WORKGROUP;
     let across = min(needed, MOST_GROUPS);
     groups[3u * id.x] = across;
     groups[3u * id.x + 1u] = (needed + max(across, 1u) - 1u) / max(across, 1u);

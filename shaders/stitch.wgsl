@@ -59,7 +59,7 @@ fn end_place(place: u32) -> u32 {
 fn store(face: u32, first: vec3<f32>) {
     for (var s = 0u; s < STRANDS; s++) {
         let begin = stencil.strand_offsets[s];
-        let count = stencil.strand_offsets[s + 1u] - begin;
+        let count = min(stencil.strand_offsets[s + 1u] - begin, POINTS);
         if count < 2u {
             continue;
         }
@@ -88,7 +88,7 @@ fn entry_of(thread: u32) -> Entry {
     }
     let lift_only = settings.way == LIFT_LIST;
     let count = lists[settings.first_count + select(0u, 1u, lift_only)];
-    if thread >= count {
+    if thread >= min(count, settings.face_count) {
         return Entry(false, 0u, false);
     }
     let at = settings.first_entry + select(thread, settings.face_count - 1u - thread, lift_only);

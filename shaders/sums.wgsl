@@ -138,13 +138,19 @@ fn entry(term: Term, i: u32, j: u32) -> u32 {
     return max(p, q) * UNKNOWNS + min(p, q);
 }
 
+// How many unknowns a term has, of three knots at most.
+fn unknowns_of(term: Term) -> u32 {
+    return 2u * min(term.knot_count, 3u);
+}
+
 // Derivatives by a term's unknowns, where there are any.
 var<private> row: array<f32, 6>;
 var<private> row_there: array<bool, 6>;
 
 // Adds a residual with the derivatives `row`.
 fn add_first(term: Term, r: f32) {
-    for (var i = 0u; i < 2u * term.knot_count; i++) {
+    let n = unknowns_of(term);
+    for (var i = 0u; i < n; i++) {
         if !row_there[i] {
             continue;
         }
@@ -166,7 +172,7 @@ fn add_length(index: u32, r: f32) {
     find_moves(term, 2u);
     var by: array<Move, 6>;
     var along: array<f32, 6>;
-    let n = 2u * term.knot_count;
+    let n = unknowns_of(term);
     for (var i = 0u; i < n; i++) {
         by[i] = segment_move(0u, i);
         row_there[i] = by[i].there;
@@ -228,7 +234,7 @@ fn add_cosine(index: u32, cosine: f32, r: f32) {
     find_moves(term, 3u);
     var de: array<Part, 6>;
     var df: array<Part, 6>;
-    let n = 2u * term.knot_count;
+    let n = unknowns_of(term);
     for (var i = 0u; i < n; i++) {
         de[i] = part(segment_move(0u, i), e, p);
         df[i] = part(segment_move(1u, i), f, q);

@@ -19,6 +19,9 @@ struct Sizes {
     moved: u32,
     bent: u32,
     turned: u32,
+    // Corners of a face, and faces around a corner group, at most: whatever the topology says, no loop is longer.
+    most_corners: u32,
+    most_around: u32,
 }
 
 @group(0) @binding(0) var<uniform> sizes: Sizes;
@@ -45,19 +48,19 @@ fn areas(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
         return;
     }
     let begin = topology[sizes.face_offsets + face];
-    let end = topology[sizes.face_offsets + face + 1u];
+    let count = min(topology[sizes.face_offsets + face + 1u] - begin, sizes.most_corners);
     let first = at_surface(topology[sizes.face_vertices + begin]);
     var bent = 0u;
-    for (var i = begin; i < end; i++) {
-        let vertex = topology[sizes.face_vertices + i];
+    for (var i = 0u; i < count; i++) {
+        let vertex = topology[sizes.face_vertices + begin + i];
         bent |= (surface[sizes.moved + vertex / 32u] >> (vertex % 32u)) & 1u;
     }
     surface[sizes.bent + face] = bent;
     var sum = vec3<f32>(0.0);
     var size = 0.0;
-    for (var i = begin + 1u; i + 1u < end; i++) {
-        let a = at_surface(topology[sizes.face_vertices + i]) - first;
-        let b = at_surface(topology[sizes.face_vertices + i + 1u]) - first;
+    for (var i = 1u; i + 1u < count; i++) {
+        let a = at_surface(topology[sizes.face_vertices + begin + i]) - first;
+        let b = at_surface(topology[sizes.face_vertices + begin + i + 1u]) - first;
         sum = sum + cross3(a, b);
         size += dot3(a, a) + dot3(b, b);
     }
@@ -74,12 +77,12 @@ fn corner_normals(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_wor
         return;
     }
     let begin = topology[sizes.group_offsets + group];
-    let end = topology[sizes.group_offsets + group + 1u];
+    let count = min(topology[sizes.group_offsets + group + 1u] - begin, sizes.most_around);
     var sum = vec3<f32>(0.0);
     var turned = 0u;
-    for (var i = begin; i < end; i++) {
-        turned |= surface[sizes.bent + topology[sizes.group_faces + i]];
-        sum = sum + at_surface(sizes.vertices + topology[sizes.group_faces + i]);
+    for (var i = 0u; i < count; i++) {
+        turned |= surface[sizes.bent + topology[sizes.group_faces + begin + i]];
+        sum = sum + at_surface(sizes.vertices + topology[sizes.group_faces + begin + i]);
     }
     surface[sizes.turned + group] = turned;
     put_surface(sizes.vertices + sizes.faces + group, sum);

@@ -158,7 +158,7 @@ fn what_dispatches_are_told_and_what_comes_back() {
     shared!(&module, "FaceResult", ResultWords, energy_start energy status);
     let (module, _) = parsed(&shader::surface(64));
     shared!(&module, "Sizes", Sizes, vertices faces groups seams points sides face_offsets face_vertices group_offsets
-        group_faces seam_points moved bent turned);
+        group_faces seam_points moved bent turned most_corners most_around);
     let (module, _) = parsed(&shader::arguments(64));
     shared!(&module, "Lists", Lists, count first_count);
     let (module, _) = parsed(&shader::curve(64));

@@ -224,6 +224,10 @@ impl<T: Precision> Backend<T> for CpuBackend<T> {
         self.sight.set(&self.scene, visible)
     }
 
+    fn set_origin(&mut self, origin: DVec3) {
+        self.surface.set_origin(origin);
+    }
+
     fn tables(&self) -> &Tables {
         &self.tables
     }

@@ -107,6 +107,7 @@ pub struct DeviceBackend<T: Precision> {
     recipe: Recipe,
     kind: DeviceKind,
     visible: Option<Vec<bool>>,
+    origin: Option<DVec3>,
     notes: Vec<String>,
 }
 
@@ -118,7 +119,8 @@ impl<T: Precision> DeviceBackend<T> {
     /// lacks room.
     pub fn new(recipe: Recipe, kind: DeviceKind) -> Result<Self> {
         super::check(&recipe.settings, &recipe.running)?;
-        let mut made = Self { gpu: None, cpu: None, recipe, kind, visible: None, notes: Vec::new() };
+        let mut made =
+            Self { gpu: None, cpu: None, recipe, kind, visible: None, origin: None, notes: Vec::new() };
         match kind {
             DeviceKind::Cpu => {}
             DeviceKind::Gpu => made.gpu = T::gpu(&made.recipe, true)?.transpose()?,
@@ -164,6 +166,9 @@ impl<T: Precision> Backend<T> for DeviceBackend<T> {
             result => return result,
         };
         let mut cpu = self.recipe.cpu()?;
+        if let Some(origin) = self.origin {
+            cpu.set_origin(origin);
+        }
         cpu.take_over(output);
         cpu.set_visible(self.visible.as_deref())?;
         // Where the frame itself is at fault, the CPU says so too.
@@ -202,6 +207,11 @@ impl<T: Precision> Backend<T> for DeviceBackend<T> {
 
     fn device_times(&self) -> &[(&'static str, f64)] {
         self.gpu.as_ref().map_or(&[], |gpu| gpu.backend.device_times())
+    }
+
+    fn set_origin(&mut self, origin: DVec3) {
+        self.backend().set_origin(origin);
+        self.origin = Some(origin);
     }
 
     fn tables(&self) -> &Tables {

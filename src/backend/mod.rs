@@ -17,6 +17,7 @@ mod work;
 pub use cpu::{CpuBackend, Running};
 pub use device::{DeviceBackend, DeviceKind, FoundGpu, OnGpu, Recipe};
 pub use skip::{Skip, Skipped};
+pub use surface::middle;
 pub use tables::{TableReport, TableSource, Tables};
 pub use work::Precision;
 
@@ -84,6 +85,10 @@ pub trait Backend<T: Scalar> {
     fn device_times(&self) -> &[(&'static str, f64)] {
         &[]
     }
+
+    /// Says what places are relative to ([`FrameOutput::origin`]), before the first frame; without, that is the [`middle`]
+    /// of the first frame. After a frame it changes nothing.
+    fn set_origin(&mut self, origin: DVec3);
 
     /// What became of the stitch types' tables; the tables themselves are with the kernels.
     fn tables(&self) -> &Tables;

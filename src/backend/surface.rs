@@ -43,9 +43,11 @@ impl<T: Scalar> Surface<T> {
         self.origin.unwrap_or(DVec3::ZERO)
     }
 
-    /// Sets what places are relative to, before the first frame.
+    /// Sets what places are relative to, before the first frame: those of a frame before would not be moved.
     pub fn set_origin(&mut self, origin: DVec3) {
-        self.origin = Some(origin);
+        if self.local.is_empty() {
+            self.origin = Some(origin);
+        }
     }
 
     /// Whether nothing moves in a frame after one in which nothing moved: the cheapest way to know.
@@ -186,8 +188,8 @@ fn vector_area<T: Real>(vertices: &[u32], local: &[V3<T>]) -> V3<T> {
 }
 
 /// The median position, coordinate by coordinate, of a regular sample: in the midst of the mesh even when some
-/// vertices are far off or not finite.
-fn middle(positions: &[DVec3]) -> DVec3 {
+/// vertices are far off or not finite. What places are relative to.
+pub fn middle(positions: &[DVec3]) -> DVec3 {
     const SAMPLE: usize = 1024;
     let every = positions.len().div_ceil(SAMPLE).max(1);
     let median = |axis: usize| {

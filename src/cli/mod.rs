@@ -7,6 +7,7 @@ mod info;
 mod inputs;
 #[cfg(feature = "measure")]
 mod measure;
+mod outputs;
 mod progress;
 mod relax;
 mod report;

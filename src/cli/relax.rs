@@ -2,18 +2,18 @@
 
 use super::device::DeviceArguments;
 use super::inputs::{self, Rename};
+use super::outputs;
 use super::progress::Progress;
 use super::report::{self, FrameReport, Inputs, Report, Seconds};
 use super::skip::{SkipArguments, SkipReport, Visible};
 use super::{Console, Ending};
 use knotmesh::backend::{
-    Backend, DeviceBackend, FrameOutput, Precision, Recipe, Running, Wanted, table_cache,
+    Backend, DeviceBackend, FrameOutput, Precision, Recipe, Running, middle, table_cache,
 };
-use knotmesh::curve::{CurveExtras, FrameCurves, UNIFORM_SUBDIVISION};
+use knotmesh::curve::CurveExtras;
 use knotmesh::ids::FaceId;
-use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_writer};
+use knotmesh::io::curves::CurveFormat;
 use knotmesh::io::frames::{Frames, frame_range};
-use knotmesh::io::result::ResultWriter;
 use knotmesh::knot::{Settings, Solver, Start, Status};
 use knotmesh::math::Scalar;
 use knotmesh::measure::misfit::misfit;
@@ -22,7 +22,7 @@ use knotmesh::mesh::corners::gaps;
 use knotmesh::scene::{Mode, Scene, SceneOptions};
 use knotmesh::template::Coordinates;
 use knotmesh::{Error, Result};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -38,7 +38,9 @@ pub struct Arguments {
     /// it, the mesh's own positions are the one frame.
     #[arg(long, value_name = "FRAMES")]
     pub frames: Option<String>,
-    /// Which frames: A:B (B not included), either side may be left out; negative numbers count from the end.
+    /// Which frames: A:B (B not included), either side may be left out; negative numbers count from the end. Files
+    /// are those of a run of all frames, to the byte, with --skip unmoved,rest (or rest,shared, or none) and any start
+    /// but previous.
     #[arg(long, value_name = "A:B", requires = "frames", allow_hyphen_values = true)]
     pub frame_range: Option<String>,
     /// relax solves for the yarn, knots interpolates knots and carries them rigidly, embed interpolates
@@ -132,7 +134,7 @@ pub enum PrecisionName {
 
 /// Relaxes.
 pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
-    check_outputs(arguments)?;
+    outputs::check(arguments)?;
     if arguments.subdivide > 1000 || arguments.iterations.is_some_and(|n| n > 100_000) {
         return Err(Error::invalid("--subdivide goes to 1000 and --iterations to 100000"));
     }
@@ -195,37 +197,6 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     }
 }
 
-/// Outputs must have a known kind and a folder, and be neither each other nor an input.
-fn check_outputs(arguments: &Arguments) -> Result<()> {
-    let same = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    let inputs = arguments.templates.iter().chain(&arguments.rest).chain([&arguments.mesh]);
-    let inputs = inputs.chain(&arguments.skip.visible);
-    let inputs: Vec<PathBuf> =
-        inputs.chain(&arguments.frames.as_ref().map(PathBuf::from)).map(|p| same(p)).collect();
-    let mut seen = Vec::new();
-    for (path, report) in
-        arguments.outputs.iter().map(|p| (p, false)).chain(arguments.report.iter().map(|p| (p, true)))
-    {
-        if !report {
-            CurveFormat::from_path(path)?;
-        }
-        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
-        if folder.is_some_and(|f| !f.is_dir()) {
-            return Err(Error::invalid(format_args!("{}: its folder does not exist", path.display())));
-        }
-        let place = same(path);
-        if inputs.contains(&place) {
-            return Err(Error::invalid(format_args!("{}: an output would replace an input", path.display())));
-        }
-        // Devices take any number of outputs.
-        if seen.contains(&place) && !place.exists() | place.is_file() {
-            return Err(Error::invalid(format_args!("{}: named as an output twice", path.display())));
-        }
-        seen.push(place);
-    }
-    Ok(())
-}
-
 fn warn_of_mesh(mesh: &StitchMesh, console: Console) {
     let (apart, greatest) = gaps(mesh);
     if apart > 0 {
@@ -268,18 +239,6 @@ impl FrameSource {
     }
 }
 
-/// One output file, or one file a frame.
-struct Sink {
-    writer: Writer,
-    subdivide: usize,
-    extras: CurveExtras,
-}
-
-enum Writer {
-    Curves(Box<dyn FrameWriter>),
-    Result(Box<ResultWriter>),
-}
-
 impl Job<'_> {
     fn frames<T: Precision>(mut self, own_positions: Vec<glam::DVec3>) -> Result<Ending> {
         let arguments = self.arguments;
@@ -317,17 +276,17 @@ impl Job<'_> {
         if let Some(adapter) = backend.adapter() {
             self.console.say(format_args!("solving on {adapter}"));
         }
-        backend.set_wanted(self.wanted()?)?;
+        backend.set_wanted(outputs::wanted(arguments)?)?;
         self.name_notes(&mut backend);
         self.seconds.tables = began.elapsed().as_secs_f64();
         if let Some(note) = &backend.tables().note {
             self.console.say(format_args!("tables are not kept: {note}"));
         }
-        let source = match &arguments.frames {
+        let mut frames = match &arguments.frames {
             Some(pattern) => Some(Frames::open(pattern, self.scene.vertex_count)?),
             None => None,
         };
-        let count = source.as_ref().map_or(1, Frames::len);
+        let count = frames.as_ref().map_or(1, Frames::len);
         let range = match &arguments.frame_range {
             Some(text) => frame_range(text, count)?,
             None => 0..count,
@@ -336,16 +295,23 @@ impl Job<'_> {
             return Err(Error::invalid("the frame source holds no frames: nothing to do"));
         }
 
+        let mut positions = own_positions;
+        if let Some(frames) = frames.as_mut().filter(|_| range.start > 0) {
+            // Places are relative to what those of a run of all frames are: the bytes are the same.
+            timed(&mut self.seconds.read_frames, || frames.read(0, &mut positions))?;
+            backend.set_origin(middle(&positions));
+        }
+
         let faces = self.scene.face_places.len();
         let visible = arguments.skip.visible.as_ref();
         let visible = visible.map(|path| Visible::open(path, faces, count)).transpose()?;
-        let mut sinks: Vec<Sink> = Vec::new();
+        let mut sinks: Vec<outputs::Sink> = Vec::new();
         let mut output = FrameOutput::default();
         let mut reports = Vec::new();
         let mut fell_back = Vec::new();
         let mut peak_memory = None;
         self.progress.steps(range.len(), "solving and writing", "frame");
-        let mut source = FrameSource { frames: source, visible, positions: own_positions };
+        let mut source = FrameSource { frames, visible, positions };
         let seconds = &mut self.seconds;
         let mut ready = timed(&mut seconds.read_frames, || source.read(range.start, &mut backend));
         for (done, frame) in range.clone().enumerate() {
@@ -360,7 +326,8 @@ impl Job<'_> {
                     read.and_then(|()| timed(&mut self.seconds.solve, || backend.ahead(&source.positions)));
             }
             if sinks.is_empty() {
-                sinks = self.open_sinks(&output, range.len())?;
+                sinks =
+                    outputs::open(arguments, (&self.scene, &self.extras), &output, range.len(), count > 1)?;
             }
             for sink in &mut sinks {
                 timed(&mut self.seconds.write, || sink.frame(&self.scene, frame, &output))?;
@@ -380,10 +347,7 @@ impl Job<'_> {
         let mut files = Vec::new();
         for sink in sinks {
             timed(&mut self.seconds.write, || {
-                files.extend(match sink.writer {
-                    Writer::Curves(writer) => writer.finish()?,
-                    Writer::Result(writer) => vec![writer.finish()?],
-                });
+                files.extend(sink.finish()?);
                 Ok(())
             })?;
         }
@@ -413,47 +377,6 @@ impl Job<'_> {
         Ok(if fell_back.is_empty() || arguments.allow_degenerate { Ending::Done } else { Ending::FellBack })
     }
 
-    /// What the outputs take of a frame.
-    fn wanted(&self) -> Result<Wanted> {
-        let outputs = &self.arguments.outputs;
-        let formats: Vec<CurveFormat> =
-            outputs.iter().map(|path| CurveFormat::from_path(path)).collect::<Result<_>>()?;
-        // A device samples curves once; where outputs differ, those of the first.
-        let curves = formats.first().map_or(0, |f| self.subdivide(*f));
-        let knots = self.arguments.report.is_some() || formats.contains(&CurveFormat::Npz);
-        Ok(Wanted { knots, curves })
-    }
-
-    /// Extra points a segment in a format.
-    fn subdivide(&self, format: CurveFormat) -> usize {
-        // Uniform splines overshoot between unevenly spaced control points; samples do not.
-        let least = if format.is_uniform_spline() { UNIFORM_SUBDIVISION } else { 0 };
-        self.arguments.subdivide.max(least)
-    }
-
-    fn open_sinks<T: Scalar>(&self, output: &FrameOutput<T>, frame_count: usize) -> Result<Vec<Sink>> {
-        self.arguments
-            .outputs
-            .iter()
-            .map(|path| {
-                let format = CurveFormat::from_path(path)?;
-                let subdivide = self.subdivide(format);
-                let writer = if format == CurveFormat::Npz {
-                    Writer::Result(Box::new(ResultWriter::create(
-                        path,
-                        &self.scene,
-                        output,
-                        subdivide,
-                        frame_count,
-                    )?))
-                } else {
-                    Writer::Curves(open_frame_writer(path, frame_count, &WriteOptions::default())?)
-                };
-                Ok(Sink { writer, subdivide, extras: self.extras.subdivided(&self.scene, subdivide) })
-            })
-            .collect()
-    }
-
     fn name_notes<T: Precision>(&self, backend: &mut DeviceBackend<T>) {
         for note in backend.notes() {
             self.console.warn(note);
@@ -474,16 +397,6 @@ impl Job<'_> {
         }
         if fell_back.len() > NAMED {
             self.console.warn(format_args!("and so in {} more frames", fell_back.len() - NAMED));
-        }
-    }
-}
-
-impl Sink {
-    fn frame<T: Scalar>(&mut self, scene: &Scene, frame: usize, output: &FrameOutput<T>) -> Result<()> {
-        let curves = FrameCurves::new(scene, output, self.subdivide, Some(&self.extras));
-        match &mut self.writer {
-            Writer::Curves(writer) => writer.frame(frame, &curves),
-            Writer::Result(writer) => writer.frame(scene, output, &curves),
         }
     }
 }

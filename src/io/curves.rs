@@ -207,11 +207,13 @@ pub struct WriteOptions {
     pub meters_per_unit: f64,
     /// Frames per second (.usda).
     pub frames_per_second: f64,
+    /// Whether frames are some of a longer sequence: then one alone is numbered too.
+    pub sequence: bool,
 }
 
 impl Default for WriteOptions {
     fn default() -> Self {
-        Self { radius: None, up: UpAxis::Y, meters_per_unit: 0.01, frames_per_second: 24.0 }
+        Self { radius: None, up: UpAxis::Y, meters_per_unit: 0.01, frames_per_second: 24.0, sequence: false }
     }
 }
 
@@ -250,7 +252,7 @@ pub fn open_frame_writer(
         CurveFormat::Npz => Box::new(npz::NpzFrames::new(path, frame_count)),
         CurveFormat::Usda => Box::new(usda::UsdaWriter::create(path, frame_count, options)?),
         _ => Box::new(FilePerFrame {
-            pattern: FramePattern::new(path, frame_count > 1)?,
+            pattern: FramePattern::new(path, frame_count > 1 || options.sequence)?,
             format,
             options: *options,
             frame_count,

@@ -29,6 +29,8 @@ pub struct UsdaWriter {
     /// `[yarn]` points and closedness, which must not change.
     topology: Vec<(usize, bool)>,
     parts: Vec<Part>,
+    /// Whether points are time samples.
+    timed: bool,
     /// Where in the file the end time is to be filled in.
     end_time_at: u64,
 }
@@ -56,6 +58,7 @@ impl UsdaWriter {
             frames: Vec::new(),
             topology: Vec::new(),
             parts: Vec::new(),
+            timed: frame_count > 1 || options.sequence,
             end_time_at: 0,
         })
     }
@@ -67,7 +70,7 @@ impl UsdaWriter {
         text.extend_from_slice(b"#usda 1.0\n(\n    defaultPrim = \"yarn\"\n    metersPerUnit = ");
         push_number(&mut text, self.options.meters_per_unit, SINGLE);
         text.extend_from_slice(format!("\n    upAxis = \"{up}\"\n").as_bytes());
-        if self.frame_count > 1 {
+        if self.timed {
             text.extend_from_slice(
                 format!("    startTimeCode = {index}\n    timeCodesPerSecond = ").as_bytes(),
             );
@@ -148,7 +151,7 @@ impl UsdaWriter {
             }
             text.extend_from_slice(b"]\n");
         }
-        if self.frame_count > 1 {
+        if self.timed {
             text.extend_from_slice(b"        point3f[] points.timeSamples = {\n");
         }
         self.parts[index].margin = margin;
@@ -157,7 +160,7 @@ impl UsdaWriter {
 
     fn points(&mut self, index: usize, frame: usize, curves: &dyn CurveSource) -> Result<()> {
         let mut text = Vec::new();
-        if self.frame_count > 1 {
+        if self.timed {
             text.extend_from_slice(format!("            {frame}: [").as_bytes());
         } else {
             text.extend_from_slice(b"        point3f[] points = [");
@@ -182,7 +185,7 @@ impl UsdaWriter {
                 Ok(())
             })?;
         }
-        text.extend_from_slice(if self.frame_count > 1 { b"],\n" } else { b"]\n" });
+        text.extend_from_slice(if self.timed { b"],\n" } else { b"]\n" });
         self.parts[index].yarns = yarns;
         self.parts[index].extents.push(extent);
         self.put(index, &text)
@@ -192,7 +195,7 @@ impl UsdaWriter {
     fn end_part(&mut self, index: usize) -> Result<()> {
         let part = &self.parts[index];
         let mut text = Vec::new();
-        let several = self.frame_count > 1;
+        let several = self.timed;
         if several {
             text.extend_from_slice(b"        }\n");
         }
@@ -277,7 +280,7 @@ impl FrameWriter for UsdaWriter {
             }
         }
         self.out.put(b"}\n")?;
-        if self.frame_count > 1 {
+        if self.timed {
             let end = self.frames[self.frames.len() - 1];
             self.out.patch(self.end_time_at, end.to_string().as_bytes())?;
         }

@@ -145,6 +145,28 @@ fn relaxed() {
     }
 }
 
+/// As many steps as a driver allows that ends loops; beyond that it must say so. Seen red with 64 steps allowed.
+#[test]
+fn long_solves() {
+    let long = [Solver::Safeguarded, Solver::GaussNewton].map(|solver| Settings {
+        solver,
+        start: Start::Affine,
+        iterations: 20,
+        ..Settings::default()
+    });
+    if every_template(Mode::Relax, Coordinates::MeanValue, &long).is_none() {
+        return;
+    }
+    let adapter = adapter().expect("it was there");
+    let mesh = everything();
+    let scene = compiled(&mesh, Mode::Relax, Coordinates::MeanValue);
+    let case = Case::new(&scene, &[], Settings { iterations: 21, ..long[1] });
+    match case.try_device(&adapter, &JOINT) {
+        Ok(_) => assert!(!adapter.report().name.contains("llvmpipe"), "it ends loops"),
+        Err(e) => assert!(e.to_string().contains("--iterations 21: expected 20 at most"), "{e}"),
+    }
+}
+
 #[test]
 fn relaxed_in_wachspress_coordinates() {
     every_template(Mode::Relax, Coordinates::Wachspress, &solves(&[Start::Affine, Start::Previous]));

@@ -11,8 +11,10 @@ mod case;
 #[path = "../common/mod.rs"]
 mod common;
 mod curves;
+mod errors;
 mod faults;
 mod frames;
+mod garbage;
 mod independence;
 mod parts;
 mod record;

@@ -184,6 +184,11 @@ impl Device {
         fault.map_or(Ok(()), |message| Err(self.fault(&message)))
     }
 
+    /// Whether the driver ends a shader's loops after 65,535 rounds in all, as Mesa's software one does.
+    pub fn ends_loops(&self) -> bool {
+        self.name.starts_with("llvmpipe")
+    }
+
     /// An error of this device.
     pub fn fault(&self, message: &str) -> Error {
         let line: Vec<&str> = message.split_whitespace().collect();

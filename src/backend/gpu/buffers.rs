@@ -82,6 +82,8 @@ impl Topology {
             moved: word(moved)?,
             bent: word(bent)?,
             turned: word(turned)?,
+            most_corners: most(&scene.face_offsets),
+            most_around: scene.corner_groups.as_ref().map_or(0, |g| most(&g.offsets)),
         };
         // A float each for x, y and z.
         word(3 * (u64::from(sizes.points) + u64::from(sizes.sides)))?;
@@ -131,6 +133,11 @@ impl Topology {
         self.words.extend_from_slice(words);
         Some(at)
     }
+}
+
+/// The most that lies between two offsets.
+fn most(offsets: &[u32]) -> u32 {
+    offsets.windows(2).map(|o| o[1] - o[0]).max().unwrap_or(0)
 }
 
 fn word(at: u64) -> Option<u32> {
@@ -194,13 +201,13 @@ impl Maker<'_> {
                 "the scene's {name} take {bytes} bytes, expected {most} at most as the adapter allows: take --device cpu"
             )));
         }
-        Ok(self.any(name, bytes, BufferUsages::STORAGE | more))
+        Ok(self.any(name, bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST | more))
     }
 
     /// A buffer that shaders read, with its words.
     pub fn words<T: bytemuck::Pod>(&self, name: &str, words: &[T]) -> Result<wgpu::Buffer> {
         let bytes: &[u8] = bytemuck::cast_slice(words);
-        let buffer = self.storage(name, bytes.len() as u64, BufferUsages::COPY_DST)?;
+        let buffer = self.storage(name, bytes.len() as u64, BufferUsages::empty())?;
         self.0.queue.write_buffer(&buffer, 0, bytes);
         Ok(buffer)
     }

@@ -158,6 +158,13 @@ impl Backend<f32> for GpuBackend {
         &self.times
     }
 
+    fn set_origin(&mut self, origin: DVec3) {
+        self.surface.set_origin(origin);
+        if let Some(twin) = &mut self.twin {
+            twin.0.set_origin(origin);
+        }
+    }
+
     fn tables(&self) -> &Tables {
         &self.tables
     }

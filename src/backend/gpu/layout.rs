@@ -251,8 +251,9 @@ pub fn constants(variant: &Variant) -> String {
     }
     line(format_args!("fn know_counts() {{\n"));
     if !variant.own {
+        // No more than there is room for, whatever the buffer holds.
         for (i, name) in COUNTS.iter().enumerate() {
-            line(format_args!("    {name} = stencil.counts[{i}];\n"));
+            line(format_args!("    {name} = min(stencil.counts[{i}], ROOM_{name});\n"));
         }
         line(format_args!("    SOLVES = (WAYS & 1u) != 0u;\n    SAFE = (WAYS & 2u) != 0u;\n"));
     }
@@ -402,6 +403,10 @@ pub struct Sizes {
     pub bent: u32,
     /// Of corner groups.
     pub turned: u32,
+    /// Corners of a face, and faces around a corner group, at most.
+    pub most_corners: u32,
+    /// See there.
+    pub most_around: u32,
 }
 
 /// A knot's state in a buffer.

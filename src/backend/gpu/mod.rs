@@ -17,6 +17,7 @@ mod seams;
 pub mod shader;
 mod shared;
 mod slice;
+mod spoil;
 mod timer;
 pub mod trace;
 mod types;
@@ -48,6 +49,10 @@ use types::{Shaders, StitchType};
 
 /// Workgroups that a dispatch has at most on an axis, whatever the adapter.
 const MOST_GROUPS: u32 = 65_535;
+
+/// Steps of a solve where a driver ends a shader's loops without a word: the largest stitch types come to a thousand rounds a
+/// step.
+const MOST_STEPS: u32 = 20;
 
 /// How the device is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,6 +195,13 @@ impl GpuBackend {
     ) -> Result<Self> {
         super::check(settings, running)?;
         let device = adapter.open()?;
+        if device.ends_loops() && settings.iterations > MOST_STEPS {
+            return Err(device.fault(&format!(
+                "--iterations {}: expected {MOST_STEPS} at most, for this driver ends loops after 65,535 rounds: take \
+                 --device cpu",
+                settings.iterations
+            )));
+        }
         let (kernels, tables) = kernels::<f32>(&scene, settings, running, cache);
         let shared = SharedKernels::new(&device, options)?;
         let mut shaders = Shaders::new(&device, running, options, &kernels);
