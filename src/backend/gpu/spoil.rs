@@ -9,7 +9,8 @@ impl GpuBackend {
     pub fn spoil(&self, name: &str, words: &[u32]) -> usize {
         let of_types = self.types.iter().flatten().filter_map(|t| match name {
             "stencil" => Some(&t.stencil),
-            "table" => Some(&t.table),
+            // A word stands in where there is none.
+            "table" => Some(&t.table).filter(|table| table.size() > 16),
             _ => None,
         });
         let of_parts = self.parts.iter().filter_map(|part| {
