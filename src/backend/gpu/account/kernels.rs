@@ -1,6 +1,6 @@
 //! The other kernels of a frame: areas and normals of the surface, seams, faces chosen one by one, curves.
 
-use super::{CROSS3, Costs, DOT3, IN_PLANE, Kind, LENGTH3, PLACE, STAGES, Stage, WORD, frame, load};
+use super::{CROSS3, Costs, DOT3, IN_PLANE, Kind, LENGTH3, PLACE, Stage, WORD, frame, load};
 use crate::backend::gpu::layout::COUNTS;
 
 /// Bytes that a thread of stitches reads to learn which face is its own, where faces were chosen: how many there are, and
@@ -238,9 +238,4 @@ pub fn curve(segment: &Segment, extra: usize) -> Costs {
     work += (3 + 11 + 4 * 3 + 3 * 3) * extra;
     costs.work(Stage::Curve, work);
     costs
-}
-
-/// What a kernel's own stage costs, without others that it shares with stitches.
-pub fn of_kernel<'a>(costs: &'a Costs, kernel: &str) -> Option<&'a [u64; Kind::COUNT]> {
-    STAGES.iter().position(|stage| *stage == kernel).map(|stage| &costs.0[stage])
 }
