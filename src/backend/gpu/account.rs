@@ -1,18 +1,32 @@
-//! The stitch kernel on paper: what a stitch costs, stage by stage, worked out from its stencil and from how its solve
-//! goes, without running anything; and the least time that a device takes for it.
+//! The kernels on paper: what a stitch costs, stage by stage, worked out from its stencil and from how its solve goes,
+//! without running anything; what the [`kernels`] around it cost; and the least time that a device takes for them.
 //!
 //! `tests/gpu_account.rs` holds it against [`counters`](super::counters), which say what is counted and what is not.
 
+pub mod kernels;
+mod kind;
+mod limits;
 mod terms;
+
+pub use kind::Kind;
+pub use limits::{Limits, PEAKS, Peak};
 
 use crate::knot::Solver;
 use crate::knot::table::GROUP;
 use crate::scene::{Role, Stencil};
 use terms::{Pattern, cosine_sums, length_sums, own_sums};
 
-/// The stages, by the shader files that they stand in.
-pub const STAGES: [&str; 10] =
-    ["load", "frame", "start", "table", "lift", "energy", "sums", "factor", "solve", "stitch"];
+/// The stages of a stitch, by the shader files that they stand in; then the [`KERNELS`].
+pub const STAGES: [&str; 16] = [
+    "load", "frame", "start", "table", "lift", "energy", "sums", "factor", "solve", "stitch", KERNELS[0],
+    KERNELS[1], KERNELS[2], KERNELS[3], KERNELS[4], KERNELS[5],
+];
+
+/// How many of [`STAGES`] a stitch has.
+pub const STITCH_STAGES: usize = STAGES.len() - KERNELS.len();
+
+/// The other kernels, by their names.
+pub const KERNELS: [&str; 6] = ["areas", "corner_normals", "join", "carry", "choose", "curve"];
 
 /// A stage of [`STAGES`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,74 +41,12 @@ enum Stage {
     Factor,
     Solve,
     Stitch,
-}
-
-/// What is counted: operations, bytes read from buffers, bytes written to them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Sums, differences, products, quotients and square roots of f32.
-    Operations,
-    /// The stitch type's words.
-    Stencil,
-    /// Places and normals.
-    Surface,
-    /// Where a face's corners and points are.
-    Topology,
-    /// Lists of faces to be worked on.
-    Lists,
-    /// The stitch type's table.
-    Table,
-    /// Knots of an earlier frame.
-    KnotsRead,
-    /// Results of an earlier frame.
-    ResultsRead,
-    /// Control points.
-    Points,
-    /// Knots.
-    Knots,
-    /// Results.
-    Results,
-}
-
-impl Kind {
-    /// How many there are.
-    pub const COUNT: usize = Self::ALL.len();
-    /// All of them, in order.
-    pub const ALL: [Self; 11] = [
-        Self::Operations,
-        Self::Stencil,
-        Self::Surface,
-        Self::Topology,
-        Self::Lists,
-        Self::Table,
-        Self::KnotsRead,
-        Self::ResultsRead,
-        Self::Points,
-        Self::Knots,
-        Self::Results,
-    ];
-
-    /// Bytes of a shader's buffer, by its name.
-    pub(super) fn of(buffer: &str, written: bool) -> Option<Self> {
-        Some(match (buffer, written) {
-            ("stencil", false) => Self::Stencil,
-            ("surface", false) => Self::Surface,
-            ("topology", false) => Self::Topology,
-            ("lists", false) => Self::Lists,
-            ("table", false) => Self::Table,
-            ("knots", false) => Self::KnotsRead,
-            ("results", false) => Self::ResultsRead,
-            ("points", true) => Self::Points,
-            ("knots", true) => Self::Knots,
-            ("results", true) => Self::Results,
-            _ => return None,
-        })
-    }
-
-    /// Whether all stitches of a type read the same bytes, so that caches answer.
-    pub fn is_shared(self) -> bool {
-        matches!(self, Self::Stencil | Self::Table)
-    }
+    Areas,
+    CornerNormals,
+    Join,
+    Carry,
+    Choose,
+    Curve,
 }
 
 /// `[stage][kind]` what is counted.
@@ -206,6 +158,8 @@ const NORMALIZED3: usize = LENGTH3 + 1 + 3;
 const ADD_SCALED3: usize = 6;
 /// Two dot products.
 const IN_PLANE: usize = 2 * DOT3;
+/// The sum of two squares of lengths.
+const SIZE: usize = 2 * DOT3 + 1;
 /// Cayley's map: h (1), its scale (3), cosine (3), sine (2), two rows of the turn (3 each), the length (1).
 const STEPPED: usize = 16;
 /// Bytes of a word.
@@ -218,7 +172,7 @@ pub fn stitch(stencil: &Stencil<f32>, way: &Way, events: &Events) -> Costs {
     let mut costs = Costs::default();
     let solves = way.solver.is_some();
     let safe = way.solver == Some(Solver::Safeguarded);
-    load(&mut costs, stencil, events);
+    load(&mut costs, stencil.corner_count, events.finite_corners);
     surface(&mut costs, stencil, way, events);
     if events.framed {
         let knots = stencil.knot_count();
@@ -239,28 +193,32 @@ pub fn stitch(stencil: &Stencil<f32>, way: &Way, events: &Events) -> Costs {
     costs
 }
 
-fn load(costs: &mut Costs, stencil: &Stencil<f32>, events: &Events) {
-    let n = stencil.corner_count;
+/// A face's corners, so many of them finite.
+fn load(costs: &mut Costs, n: usize, finite: usize) {
     // Indices of a place and a normal, and both.
     costs.put(Stage::Load, Kind::Topology, 2 * WORD * n);
     costs.put(Stage::Load, Kind::Surface, 2 * PLACE * n);
     // Finite ones are counted (in f32); all are taken relative to the first.
-    costs.work(Stage::Load, events.finite_corners + 3 * n);
-    if events.finite_corners < n {
+    costs.work(Stage::Load, finite + 3 * n);
+    if finite < n {
         // The mean of the finite ones.
-        costs.work(Stage::Load, 1 + ADD_SCALED3 * events.finite_corners);
+        costs.work(Stage::Load, 1 + ADD_SCALED3 * finite);
     }
+}
+
+/// The frame of a face with so many corners.
+fn frame(costs: &mut Costs, n: usize) {
+    // Each corner into both columns of the deformation, with a gradient of two words.
+    costs.work(Stage::Frame, 2 * ADD_SCALED3 * n);
+    costs.stencil(Stage::Frame, 2 * WORD * n);
+    // Normal, area, size, course; is it usable; t1 and n by their inverse lengths; t2; F12 and F22.
+    costs.work(Stage::Frame, CROSS3 + LENGTH3 + SIZE + LENGTH3 + 1 + 2 * 4 + CROSS3 + 2 * DOT3);
 }
 
 /// The frame, what is interpolated, seats, and the way back.
 fn surface(costs: &mut Costs, stencil: &Stencil<f32>, way: &Way, events: &Events) {
     let (n, knots) = (stencil.corner_count, stencil.knot_count());
-    // Each corner into both columns of the deformation, with a gradient of two words.
-    costs.work(Stage::Frame, 2 * ADD_SCALED3 * n);
-    costs.stencil(Stage::Frame, 2 * WORD * n);
-    // Normal, area, size, course; is it usable; t1 and n by their inverse lengths; t2; F12 and F22.
-    let size = 2 * DOT3 + 1;
-    costs.work(Stage::Frame, CROSS3 + LENGTH3 + size + LENGTH3 + 1 + 2 * 4 + CROSS3 + 2 * DOT3);
+    frame(costs, n);
     if way.spaced && knots > 1 {
         // The share; means of two components, scaled; squares of distances; their mean's root; the scale; all moved.
         costs.work(Stage::Frame, 1 + 2 * knots + 2 + (2 + DOT2 + 1) * knots + 2 + 4 + 6 * knots);
@@ -299,7 +257,7 @@ fn surface(costs: &mut Costs, stencil: &Stencil<f32>, way: &Way, events: &Events
         costs.stencil(Stage::Lift, 3 * WORD * n);
         costs.work(Stage::Lift, 2 * ADD_SCALED3 * used + 2 * ADD_SCALED3 * n);
         // Derivatives in the plane and above; determinant and size; is it steep; the inverse; the slope (4 each).
-        let slope = 2 * IN_PLANE + 2 * DOT3 + 3 + size + 1 + 1 + 2 * 4;
+        let slope = 2 * IN_PLANE + 2 * DOT3 + 3 + SIZE + 1 + 1 + 2 * 4;
         // Then the centre, its height, the unit normal.
         costs.work(Stage::Lift, slope + IN_PLANE + DOT3 + NORMALIZED3);
     }
@@ -444,50 +402,5 @@ fn store(costs: &mut Costs, stencil: &Stencil<f32>) {
         // The first corner added.
         costs.work(Stage::Stitch, 3 * points);
         costs.put(Stage::Stitch, Kind::Points, PLACE * points);
-    }
-}
-
-/// What a device can do at most.
-#[derive(Clone, Copy, Debug)]
-pub struct Peak {
-    /// Its name.
-    pub name: &'static str,
-    /// Bytes of memory a second.
-    pub bytes: f64,
-    /// Operations on f32 a second, a fused product and sum counted as two.
-    pub operations: f64,
-}
-
-/// Devices that the account is worked out for, as their maker states them.
-pub const PEAKS: [Peak; 2] = [
-    Peak { name: "RTX 3090", bytes: 936e9, operations: 35.6e12 },
-    // Without tensor cores.
-    Peak { name: "H100 SXM", bytes: 3350e9, operations: 67e12 },
-];
-
-/// The least time for some stitches, by what would have to be the only thing in the way; seconds.
-#[derive(Clone, Copy, Debug)]
-pub struct Limits {
-    /// Memory, where caches answer for what stitches share.
-    pub memory: f64,
-    /// Memory, where no cache answers anything.
-    pub memory_without_caches: f64,
-    /// Arithmetic at its peak.
-    pub arithmetic: f64,
-    /// Arithmetic where nothing is fused, as shaders are compiled here: half of the peak.
-    pub arithmetic_unfused: f64,
-}
-
-impl Peak {
-    /// The limits for so many stitches of a cost each.
-    pub fn limits(&self, costs: &Costs, stitches: f64) -> Limits {
-        let [own, shared] = costs.all_bytes();
-        let arithmetic = stitches * costs.total(Kind::Operations) as f64 / self.operations;
-        Limits {
-            memory: stitches * own as f64 / self.bytes,
-            memory_without_caches: stitches * (own + shared) as f64 / self.bytes,
-            arithmetic,
-            arithmetic_unfused: 2.0 * arithmetic,
-        }
     }
 }

@@ -1,4 +1,4 @@
-//! What threads of the stitch shader do, counted while they do it, to check the [account](super::account) on paper.
+//! What threads of the shaders do, counted while they do it, to check the [account](super::account) on paper.
 //!
 //! A pass over naga's form of the shader, before it is written as SPIR-V. Statements up to the next branch or loop run as
 //! one; so each such segment is given one counter, and what its statements cost is known beforehand. Counted are sums,
@@ -8,7 +8,7 @@
 //!
 //! What is counted is what the shader says: a compiler may leave out what nobody uses, and caches answer most loads.
 
-use super::account::{Costs, Kind, STAGES};
+use super::account::{Costs, KERNELS, Kind, STAGES};
 use super::shader::{self, Fault};
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{
@@ -17,14 +17,21 @@ use naga::{
 };
 use std::collections::HashMap;
 
-/// Counters of a thread; as many as `COUNTERS` in `shaders/count.wgsl`.
+/// Counters of a thread of stitches; as many as `COUNTERS` in `shaders/count.wgsl`.
 pub const COUNTERS: usize = 256;
+/// Counters of a thread of the other kernels; as many as in `shaders/count_kernel.wgsl`.
+pub const KERNEL_COUNTERS: usize = 64;
 /// Functions whose calls are counted: they begin with a segment.
 pub const CALLS: [&str; 4] = ["run_solve", "assemble", "factorise", "solve_factors"];
 /// Files and functions that are charged to who calls them: they have no branches.
-const HELPERS: [&str; 6] = ["vector", "places", "stencil", "know_counts", "in_plane", "stepped"];
-/// The shader's file of the counters themselves.
-const OWN_FILE: &str = "count";
+const HELPERS: [&str; 7] = ["vector", "places", "stencil", "surface", "know_counts", "in_plane", "stepped"];
+/// The shaders' files of the counters themselves.
+const OWN_FILES: [&str; 2] = ["count", "count_kernel"];
+/// The function that puts counters down when a thread of an entry point ends.
+const PUT: &str = "put_counts";
+
+/// Bytes that an atomic operation reads, and writes.
+const ATOMIC: u64 = 4;
 
 /// Statements that run as one, and what they cost once.
 #[derive(Clone, Debug)]
@@ -53,7 +60,7 @@ impl Counted {
 }
 
 /// `[face]` what the threads did, from their counters as they lie in the buffer.
-pub(super) fn read(segments: &[Segment], words: &[f32]) -> Vec<Counted> {
+pub(super) fn read(segments: &[Segment], words: &[f32], counters: usize) -> Vec<Counted> {
     let of_face = |words: &[f32]| {
         let mut counted = Counted::default();
         for (segment, word) in segments.iter().zip(words) {
@@ -63,7 +70,7 @@ pub(super) fn read(segments: &[Segment], words: &[f32]) -> Vec<Counted> {
         }
         counted
     };
-    words.chunks_exact(COUNTERS).map(of_face).collect()
+    words.chunks_exact(counters).map(of_face).collect()
 }
 
 /// The segments of a shader's text, in the order of their counters.
@@ -90,20 +97,23 @@ fn place(module: &Module) -> Option<Handle<naga::GlobalVariable>> {
 fn insert(module: &Module, info: &ModuleInfo) -> Result<(Module, Vec<Segment>), Fault> {
     let counted = place(module).ok_or_else(|| Fault("a shader without counters".into()))?;
     // Other files have functions of the same names.
-    let ours = |(_, file): &(_, &str)| STAGES.contains(file) || HELPERS.contains(file) || *file == OWN_FILE;
+    let ours = |(name, file): &(&str, &str)| {
+        stage_of(name, file).is_some() || HELPERS.contains(file) || OWN_FILES.contains(file)
+    };
     let files: HashMap<_, _> = shader::functions().filter(ours).collect();
+    let put = module.functions.iter().find(|(_, f)| f.name.as_deref() == Some(PUT)).map(|(handle, _)| handle);
     let mut pass = Pass { module, counted, segments: Vec::new(), of: HashMap::new() };
     let mut changed = module.clone();
     // A function stands behind those that it calls.
     for (handle, function) in module.functions.iter() {
         let name = function.name.as_deref().unwrap_or_default();
         let file = files.get(name).copied().unwrap_or(name);
-        if file == OWN_FILE {
+        if OWN_FILES.contains(&file) {
             pass.of.insert(handle, Some(Flat::default()));
             continue;
         }
         let helps = HELPERS.contains(&name) || HELPERS.contains(&file);
-        let stage = STAGES.iter().position(|s| *s == file).filter(|_| !helps);
+        let stage = stage_of(name, file).filter(|_| !helps);
         if stage.is_none() && !helps {
             return Err(Fault(format!("'{name}' belongs to no stage")));
         }
@@ -113,21 +123,29 @@ fn insert(module: &Module, info: &ModuleInfo) -> Result<(Module, Vec<Segment>), 
             if helps {
                 return Err(Fault(format!("'{name}' branches")));
             }
-            pass.count(&text, changed.functions.get_mut(handle))?;
+            pass.count(&text, changed.functions.get_mut(handle), None)?;
         }
         pass.of.insert(handle, flat);
     }
     for (i, entry) in module.entry_points.iter().enumerate() {
-        let stage = files.get(entry.name.as_str()).and_then(|file| STAGES.iter().position(|s| s == file));
+        let stage = files.get(entry.name.as_str()).and_then(|file| stage_of(&entry.name, file));
         let mut function = entry.function.clone();
         function.name = Some(entry.name.clone());
         let text = Text { function: &function, info: info.get_entry_point(i), stage };
-        pass.count(&text, &mut changed.entry_points[i].function)?;
+        pass.count(&text, &mut changed.entry_points[i].function, put)?;
     }
-    if pass.segments.len() > COUNTERS {
-        return Err(Fault(format!("{} counters, room for {COUNTERS}", pass.segments.len())));
+    let room = if put.is_some() { KERNEL_COUNTERS } else { COUNTERS };
+    if pass.segments.len() > room {
+        return Err(Fault(format!("{} counters, room for {room}", pass.segments.len())));
     }
     Ok((changed, pass.segments))
+}
+
+/// The stage that a function belongs to: the kernel that it is, or else that of its file.
+fn stage_of(name: &str, file: &str) -> Option<usize> {
+    let file = if file == "select" { "choose" } else { file };
+    let of = |name: &str| STAGES.iter().position(|s| *s == name);
+    of(name).filter(|_| KERNELS.contains(&name)).or_else(|| of(file))
 }
 
 /// What statements cost: by stage, and for whoever calls them.
@@ -216,6 +234,12 @@ impl Pass<'_> {
                 Some(Some(called)) => flat.call(text.stage, called),
                 _ => return Ok(false),
             },
+            // A word of a buffer, read and written.
+            Statement::Atomic { pointer, .. } => {
+                for write in [false, true] {
+                    self.touch(text, *pointer, ATOMIC, write, flat)?;
+                }
+            }
             Statement::Break | Statement::Continue | Statement::Return { .. } => {}
             other => return Err(Fault(format!("{other:?} is not known how to count"))),
         }
@@ -265,6 +289,17 @@ impl Pass<'_> {
         flat: &mut Flat,
     ) -> Result<(), Fault> {
         let bytes = u64::from(self.inner(text, value).size(self.module.to_ctx()));
+        self.touch(text, pointer, bytes, write, flat)
+    }
+
+    fn touch(
+        &self,
+        text: &Text,
+        pointer: Handle<Expression>,
+        bytes: u64,
+        write: bool,
+        flat: &mut Flat,
+    ) -> Result<(), Fault> {
         let mut at = pointer;
         let variable = loop {
             match text.function.expressions[at] {
@@ -286,8 +321,13 @@ impl Pass<'_> {
         Ok(())
     }
 
-    /// Puts counters into a function.
-    fn count(&mut self, text: &Text, changed: &mut Function) -> Result<(), Fault> {
+    /// Puts counters into a function, and before its ends a call that puts them down.
+    fn count(
+        &mut self,
+        text: &Text,
+        changed: &mut Function,
+        put: Option<Handle<Function>>,
+    ) -> Result<(), Fault> {
         let Some(stage) = text.stage else {
             return Err(Fault(format!("{:?} belongs to no stage", text.function.name)));
         };
@@ -295,8 +335,15 @@ impl Pass<'_> {
         let counted = changed.expressions.append(Expression::GlobalVariable(self.counted), Span::UNDEFINED);
         let one = changed.expressions.append(Expression::Literal(Literal::U32(1)), Span::UNDEFINED);
         let begins = text.function.name.as_deref().is_some_and(|name| CALLS.contains(&name));
-        let mut segments =
-            Segments { text: Text { stage: Some(stage), ..*text }, changed, counted, one, begins };
+        // Entry points that call it take the thread and how many workgroups there are, in this order.
+        let mut argument = |i| changed.expressions.append(Expression::FunctionArgument(i), Span::UNDEFINED);
+        let put = put.map(|function| Statement::Call {
+            function,
+            arguments: vec![argument(0), argument(1)],
+            result: None,
+        });
+        let text = Text { stage: Some(stage), ..*text };
+        let mut segments = Segments { text, changed, counted, one, put, begins };
         segments.changed.body = self.block(&mut segments, body)?;
         Ok(())
     }
@@ -322,6 +369,9 @@ impl Pass<'_> {
                 }
                 other => {
                     self.cost(&to.text, &other, &mut flat)?;
+                    if let (Statement::Return { .. }, Some(put)) = (&other, &to.put) {
+                        segment.push(put.clone(), Span::UNDEFINED);
+                    }
                     segment.push(other, span);
                     continue;
                 }
@@ -361,6 +411,7 @@ struct Segments<'a, 'b> {
     changed: &'b mut Function,
     counted: Handle<Expression>,
     one: Handle<Expression>,
+    put: Option<Statement>,
     begins: bool,
 }
 

@@ -5,7 +5,7 @@ use super::buffers::Maker;
 use super::layout::CurveSizes;
 use super::pipeline::{Kind, bind_group, bind_group_layout, pipeline};
 use super::readback::Readback;
-use super::{GpuOptions, shader, shared};
+use super::{GpuOptions, counting, shared};
 use crate::Result;
 use crate::backend::FrameOutput;
 use crate::backend::gpu::exchange::vectors;
@@ -27,6 +27,8 @@ pub(super) struct CurvesOnDevice {
 pub(super) struct Window {
     pub points: Range<u32>,
     pub group: wgpu::BindGroup,
+    /// What is counted.
+    pub counts: Option<wgpu::Buffer>,
     bytes: u64,
     buffer: wgpu::Buffer,
     back: Readback,
@@ -54,8 +56,9 @@ impl CurvesOnDevice {
         let yarns = &scene.yarns;
         let words = [&yarns.offsets[..], &yarns.with_ends].concat();
         let topology = maker.words("yarns", &words)?;
-        let module = shared::compile(device, options, "curve", shader::curve(options.workgroup))?;
-        let kinds = [Kind::Uniform, Kind::Read, Kind::Read, Kind::Write];
+        let module = shared::compile(device, options, "curve", counting::curve(options))?;
+        let mut kinds = vec![Kind::Uniform, Kind::Read, Kind::Read, Kind::Write];
+        kinds.extend(options.count.then_some(Kind::Write));
         let layout = bind_group_layout(device, "curve", &kinds);
         let count = yarns.point_count() as u32;
         let each = 12 * (subdivide as u64 + 1);
@@ -76,9 +79,13 @@ impl CurvesOnDevice {
             let bytes = 12 * samples.len() as u64;
             let buffer = maker.storage("curves", bytes, BufferUsages::COPY_SRC)?;
             let uniform = maker.uniform("curves", &sizes);
+            let counts = counting::buffer(&maker, options, end - begin)?;
+            let mut bound = vec![&uniform, &topology, points, &buffer];
+            bound.extend(&counts);
             windows.push(Window {
                 points: begin..end,
-                group: bind_group(device, "curve", &layout, &[&uniform, &topology, points, &buffer]),
+                group: bind_group(device, "curve", &layout, &bound),
+                counts,
                 back: Readback::new(&maker, bytes),
                 bytes,
                 buffer,

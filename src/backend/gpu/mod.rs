@@ -5,6 +5,7 @@ pub mod account;
 mod adapter;
 mod buffers;
 pub mod counters;
+mod counting;
 mod curves;
 mod exact;
 mod exchange;
@@ -23,6 +24,8 @@ pub mod trace;
 mod types;
 
 pub use adapter::{Adapter, AdapterReport};
+#[doc(hidden)]
+pub use counting::Counting;
 
 use super::known::Known;
 use super::sight::Sight;
@@ -66,7 +69,7 @@ pub struct GpuOptions {
     pub own_shaders: bool,
     /// Whether stages are kept for [`GpuBackend::trace`].
     pub trace: bool,
-    /// Whether what threads do is counted for [`GpuBackend::counted`]; not together with `trace`.
+    /// Whether what threads do is counted for [`GpuBackend::counted`] and the like; not together with `trace`.
     #[doc(hidden)]
     pub count: bool,
     /// Seed of an order in which stitch types are dispatched; 0 is their own. The result does not depend on it.
@@ -312,25 +315,6 @@ impl GpuBackend {
             }
         }
         Ok(words)
-    }
-
-    /// What a batch's stitches did in the last frame, a face each, if [`GpuOptions::count`] asked for it and shaders run as
-    /// they are written.
-    ///
-    /// # Errors
-    /// A device that fails.
-    #[doc(hidden)]
-    pub fn counted(&self, batch: usize) -> Result<Vec<counters::Counted>> {
-        let of_type = self.types[batch].as_ref().filter(|_| self.is_exact());
-        let Some(segments) = of_type.and_then(|t| t.segments.as_ref()) else { return Ok(Vec::new()) };
-        let mut all = Vec::new();
-        for part in &self.parts {
-            if let Some(buffer) = part.batches[batch].as_ref().and_then(|b| b.trace.as_ref()) {
-                let count = counters::COUNTERS * part.slice.batches[batch].len();
-                all.extend(counters::read(segments, &readback::read(&self.device, buffer)?[..count]));
-            }
-        }
-        Ok(all)
     }
 
     /// The places of vertices, the areas of faces and the normals of corner groups of the last frame, each x, y, z.

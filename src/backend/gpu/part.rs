@@ -8,7 +8,7 @@ use super::readback::Readback;
 use super::shared::SharedKernels;
 use super::slice::Slice;
 use super::types::{Shaders, StitchType};
-use super::{GpuOptions, counters, trace};
+use super::{GpuOptions, counters, counting, trace};
 use crate::Result;
 use crate::backend::Running;
 use crate::knot::{Kernel, Start};
@@ -40,6 +40,8 @@ pub(super) struct Part {
     pub buffers: Buffers,
     pub surface_group: wgpu::BindGroup,
     pub arguments_group: wgpu::BindGroup,
+    /// What is counted of areas, normals, seams and points.
+    pub counts: Option<wgpu::Buffer>,
     /// `[batch]`; none for a stitch without yarn, or with no face in this part.
     pub batches: Vec<Option<BatchOnDevice>>,
     pub readback: Readback,
@@ -80,7 +82,10 @@ impl PartMaker<'_> {
         };
         drop(words);
         let uniform = maker.uniform("sizes", &sizes);
-        let bound = [&uniform, &buffers.surface, &buffers.topology, &buffers.points, &buffers.turn];
+        let threads = [sizes.faces, sizes.groups, sizes.seams, sizes.points + sizes.sides];
+        let counts = counting::buffer(&maker, self.options, threads.into_iter().fold(0, u32::max))?;
+        let mut bound = vec![&uniform, &buffers.surface, &buffers.topology, &buffers.points, &buffers.turn];
+        bound.extend(&counts);
         let surface_group = bind_group(self.device, "surface", &self.shared.surface_layout, &bound);
         let uniform = maker.uniform("lists", &Lists { count: lists as u32, first_count: SKIP_COUNTS as u32 });
         let bound = [&uniform, &buffers.lists, &buffers.dispatches];
@@ -89,7 +94,7 @@ impl PartMaker<'_> {
         let batches = batches.collect::<Result<_>>()?;
         let bytes = points + 12 * (places.knots + places.faces) + 4 * SKIP_COUNTS as u64;
         let readback = Readback::new(&maker, bytes);
-        Ok(Part { slice, places, buffers, surface_group, arguments_group, batches, readback })
+        Ok(Part { slice, places, buffers, surface_group, arguments_group, counts, batches, readback })
     }
 
     fn batch(
@@ -152,9 +157,11 @@ impl PartMaker<'_> {
             bound.extend(&trace);
             bind_group(self.device, "stitch", &self.shaders.stitch_layout, &bound)
         });
-        let bound = [stencil, &uniforms[0], surface, topology, shapes, knots, results, known, lists];
+        let chosen = counting::buffer(&maker, self.options, own.len() as u32)?;
+        let mut bound = vec![stencil, &uniforms[0], surface, topology, shapes, knots, results, known, lists];
+        bound.extend(&chosen);
         let choose_group = bind_group(self.device, "choose", &self.shaders.choose_layout, &bound);
-        let made = BatchOnDevice { stitch_groups, choose_group, trace, uniforms, settings };
+        let made = BatchOnDevice { stitch_groups, choose_group, trace, chosen, uniforms, settings };
         made.write(&self.device.queue);
         Ok(Some(made))
     }
@@ -168,6 +175,8 @@ pub(super) struct BatchOnDevice {
     pub choose_group: wgpu::BindGroup,
     /// What stages came to, or what is counted.
     pub trace: Option<wgpu::Buffer>,
+    /// What is counted while faces are chosen.
+    pub chosen: Option<wgpu::Buffer>,
     uniforms: [wgpu::Buffer; 2],
     settings: Settings,
 }

@@ -14,7 +14,7 @@ macro_rules! files {
 }
 
 /// The shaders' files, by stem.
-const FILES: [(&str, &str); 22] = files!(
+const FILES: [(&str, &str); 23] = files!(
     "vector",
     "stencil",
     "settings",
@@ -30,6 +30,7 @@ const FILES: [(&str, &str); 22] = files!(
     "trace",
     "no_trace",
     "count",
+    "count_kernel",
     "load",
     "stitch",
     "select",
@@ -96,6 +97,11 @@ pub fn surface(size: u32) -> String {
 /// The shader of curves.
 pub fn curve(size: u32) -> String {
     workgroup(size) + file("vector") + file("curve")
+}
+
+/// Such a shader with counters of what threads do, which it puts into the buffer of that binding; see [`counters`].
+pub fn counted(text: String, binding: usize) -> String {
+    text + &format!("const COUNTS_BINDING: u32 = {binding}u;\n") + file("count_kernel")
 }
 
 /// A shader that does not compile.

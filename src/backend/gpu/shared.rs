@@ -1,9 +1,9 @@
 //! The kernels that know no stitch type: surfaces, seams, sizes of dispatches.
 
-use super::GpuOptions;
 use super::adapter::Device;
 use super::pipeline::{Kind, bind_group_layout, pipeline};
 use super::shader::{self, How};
+use super::{GpuOptions, counting};
 use crate::Result;
 
 /// Their pipelines.
@@ -21,8 +21,10 @@ pub(super) struct SharedKernels {
 impl SharedKernels {
     pub fn new(device: &Device, options: &GpuOptions) -> Result<Self> {
         use Kind::{Read, Uniform, Write};
-        let module = compile(device, options, "surface", shader::surface(options.workgroup))?;
-        let surface_layout = bind_group_layout(device, "surface", &[Uniform, Write, Read, Write, Uniform]);
+        let module = compile(device, options, "surface", counting::surface(options))?;
+        let mut kinds = vec![Uniform, Write, Read, Write, Uniform];
+        kinds.extend(options.count.then_some(Write));
+        let surface_layout = bind_group_layout(device, "surface", &kinds);
         let [areas, normals, join, carry] = ["areas", "corner_normals", "join", "carry"]
             .map(|entry| pipeline(device, &surface_layout, &module, entry));
         let module = compile(device, options, "arguments", shader::arguments(options.workgroup))?;

@@ -6,7 +6,7 @@ use super::layout::{self, Counts, Variant};
 use super::pipeline::{Kind, bind_group_layout, pipeline};
 use super::shader::{self, How};
 use super::shared::how;
-use super::{GpuOptions, counters};
+use super::{GpuOptions, counters, counting};
 use crate::Result;
 use crate::backend::Running;
 use crate::knot::Kernel;
@@ -45,7 +45,8 @@ impl Shaders {
         if options.trace || options.count {
             kinds.push(Write);
         }
-        let choose_kinds = [Read, Uniform, Read, Read, Write, Write, Write, Read, Write];
+        let mut choose_kinds = vec![Read, Uniform, Read, Read, Write, Write, Write, Read, Write];
+        choose_kinds.extend(options.count.then_some(Write));
         Self {
             stitch_layout: bind_group_layout(device, "stitch", &kinds),
             choose_layout: bind_group_layout(device, "choose", &choose_kinds),
@@ -93,8 +94,12 @@ impl Shaders {
         kernel: &Kernel<f32>,
         key: &str,
     ) -> Result<wgpu::ComputePipeline> {
-        let text = shader::select(&self.variant(kernel), self.options.workgroup);
-        self.pipeline(device, text, key, "choose")
+        self.pipeline(device, self.chooser(kernel), key, "choose")
+    }
+
+    /// The shader that does.
+    pub fn chooser(&self, kernel: &Kernel<f32>) -> String {
+        counting::select(&self.variant(kernel), &self.options)
     }
 
     fn room(&self, kernel: &Kernel<f32>) -> Counts {
