@@ -4,7 +4,7 @@
 //! one; so each such segment is given one counter, and what its statements cost is known beforehand. Counted are sums,
 //! differences, products, quotients and square roots of f32, each component by itself, and the bytes that each storage
 //! buffer is asked for. Negations, comparisons, selections, absolutes, floors, whole numbers and uniforms cost nothing. A
-//! function belongs to the stage (the file) that it stands in; those of [`HELPERS`] belong to whoever calls them.
+//! function belongs to the stage (the file) that it stands in; those of `HELPERS` belong to whoever calls them.
 //!
 //! What is counted is what the shader says: a compiler may leave out what nobody uses, and caches answer most loads.
 
