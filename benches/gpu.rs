@@ -32,6 +32,7 @@ mod gpu {
     use knotmesh::Result;
     use knotmesh::backend::gpu::{Adapter, GpuBackend, GpuOptions};
     use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, Wanted, table_cache};
+    use knotmesh::curve::FrameCurves;
     use knotmesh::io::smobj::read;
     use knotmesh::knot::{Settings, Solver, Start};
     use knotmesh::math::Width;
@@ -39,7 +40,9 @@ mod gpu {
     use knotmesh::measure::tradeoff::machine::{machine, today};
     use knotmesh::scene::{Scene, SceneOptions};
     use knotmesh::template::TemplateLibrary;
+    use knotmesh::yarn::CurveSource;
     use std::fmt::Write;
+    use std::hint::black_box;
     use std::path::Path;
     use std::sync::Arc;
     use std::time::Instant;
@@ -135,6 +138,9 @@ mod gpu {
                 let frame = began.elapsed().as_secs_f64() * 1e3;
                 let began = Instant::now();
                 cpu.frame(positions, &mut b)?;
+                if way.wanted.curves > 0 {
+                    sample(scene, &b, way.wanted.curves)?;
+                }
                 let on_cpu = began.elapsed().as_secs_f64() * 1e3;
                 if round == 0 {
                     judge.frame(positions, &mut c)?;
@@ -155,6 +161,17 @@ mod gpu {
         Ok(times)
     }
 
+    /// Samples curves as writers do, on one thread.
+    fn sample(scene: &Scene, output: &FrameOutput<f32>, subdivide: usize) -> Result<()> {
+        let curves = FrameCurves::new(scene, output, subdivide, None);
+        (0..curves.yarn_count()).try_for_each(|yarn| {
+            curves.visit(yarn, &mut |points| {
+                black_box(points);
+                Ok(())
+            })
+        })
+    }
+
     impl Times {
         fn compare(&mut self, device: &FrameOutput<f32>, twin: &FrameOutput<f32>, radius: f64) {
             let mut same = 0;
@@ -166,11 +183,31 @@ mod gpu {
         }
     }
 
+    fn usage(argument: &str) -> knotmesh::Error {
+        knotmesh::Error::invalid(format_args!("{argument}: expected [--adapter NAME] [STITCHES ...]"))
+    }
+
     pub fn run() -> Result<()> {
         let arguments: Vec<String> = std::env::args().skip(1).collect();
-        let named = arguments.iter().position(|a| a == "--adapter").and_then(|i| arguments.get(i + 1));
-        let mut sizes: Vec<usize> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
-        let adapter = Adapter::choose(named.map(String::as_str))?;
+        let (mut named, mut sizes) = (None, Vec::new());
+        let mut rest = arguments.iter().filter(|a| *a != "--bench");
+        while let Some(argument) = rest.next() {
+            match (argument.as_str(), argument.parse()) {
+                ("--adapter", _) => named = Some(rest.next().ok_or_else(|| usage(argument))?),
+                (_, Ok(stitches)) if stitches > 0 => sizes.push(stitches),
+                _ => return Err(usage(argument)),
+            }
+        }
+        let adapter = match named {
+            Some(name) => Adapter::choose(Some(name))?,
+            None => match Adapter::hardware() {
+                Some(adapter) => adapter,
+                None => {
+                    println!("no adapter of hardware; --adapter NAME measures one of software");
+                    return Ok(());
+                }
+            },
+        };
         let report = adapter.report();
         if sizes.is_empty() {
             sizes = if report.is_software() { vec![22_800] } else { vec![22_800, 228_000, 1_000_000] };
@@ -178,7 +215,7 @@ mod gpu {
         let mut text = format!(
             "{report}\n{}; {}\ncargo bench --bench gpu -- {}\n\n\
              Milliseconds a frame of a tube of which every vertex moves: `frame` is what the program waits for, upload and\n\
-             download within; then the device's own times, pass by pass. `cpu`: the same on all cores. `same`: share of control\n\
+             download within; then the device's own times, pass by pass. `cpu`: the same on all cores (curves on one). `same`: share of control\n\
              points whose floats are those of the CPU's f32, one stitch at a time; `worst`: the largest distance, yarn radii.\n",
             machine(),
             today(),

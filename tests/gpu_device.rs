@@ -106,6 +106,7 @@ fn a_device_that_was_asked_for_must_not_fail() {
     backend.lose();
     let message = backend.frame(&frame(&mesh, 1.0), &mut output).unwrap_err().to_string();
     assert!(message.contains("lost") && !message.contains('\n'), "{message}");
+    assert!(backend.frame(&frame(&mesh, 1.0), &mut output).is_err(), "and so it stays");
     assert!(output.points == before, "the last frame stays");
     // A frame that is at fault itself is an error on any device.
     let mut backend =

@@ -1,5 +1,6 @@
 //! No loop of a shader is as long as a buffer says: what comes from a buffer goes through `min` before it ends a loop. Without
-//! a GPU, in the parsed text: drivers differ in what becomes of a loop that goes on and on.
+//! a GPU, in the parsed text: drivers differ in what becomes of a loop that goes on and on. Counts that a function keeps in a
+//! variable of its own, or is given, are not followed.
 //!
 //! Seeded faults: `clamps_taken_away`.
 #![cfg(feature = "gpu")]

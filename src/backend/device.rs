@@ -1,11 +1,9 @@
 //! Which device frames are solved on, and what becomes of them when it fails.
 
 use super::{Backend, CpuBackend, FrameOutput, Precision, Running, Tables, Wanted};
-#[cfg(feature = "gpu")]
-use crate::Error;
-use crate::Result;
 use crate::knot::{Settings, Start};
 use crate::scene::Scene;
+use crate::{Error, Result};
 use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -95,7 +93,7 @@ pub(super) fn gpu(recipe: &Recipe, software: bool) -> Result<FoundGpu<f32>> {
 #[cfg(not(feature = "gpu"))]
 pub(super) fn gpu(_: &Recipe, software: bool) -> Result<FoundGpu<f32>> {
     if software {
-        return Err(crate::Error::invalid("this build has no GPU backend: expected --device cpu"));
+        return Err(Error::invalid("this build has no GPU backend: expected --device cpu"));
     }
     Ok(None)
 }
@@ -108,6 +106,10 @@ pub struct DeviceBackend<T: Precision> {
     kind: DeviceKind,
     visible: Option<Vec<bool>>,
     origin: Option<DVec3>,
+    /// Whether there was a frame.
+    begun: bool,
+    /// What went wrong with the GPU since the last frame.
+    broken: Option<Error>,
     notes: Vec<String>,
 }
 
@@ -119,8 +121,17 @@ impl<T: Precision> DeviceBackend<T> {
     /// lacks room.
     pub fn new(recipe: Recipe, kind: DeviceKind) -> Result<Self> {
         super::check(&recipe.settings, &recipe.running)?;
-        let mut made =
-            Self { gpu: None, cpu: None, recipe, kind, visible: None, origin: None, notes: Vec::new() };
+        let mut made = Self {
+            gpu: None,
+            cpu: None,
+            recipe,
+            kind,
+            visible: None,
+            origin: None,
+            begun: false,
+            broken: None,
+            notes: Vec::new(),
+        };
         match kind {
             DeviceKind::Cpu => {}
             DeviceKind::Gpu => made.gpu = T::gpu(&made.recipe, true)?.transpose()?,
@@ -161,7 +172,16 @@ impl<T: Precision> DeviceBackend<T> {
 
 impl<T: Precision> Backend<T> for DeviceBackend<T> {
     fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<T>) -> Result<()> {
-        let fault = match self.backend().frame(positions, output) {
+        let result = match self.broken.take() {
+            Some(e) => Err(e),
+            None => self.backend().frame(positions, output),
+        };
+        let fault = match result {
+            Ok(()) => {
+                self.origin = Some(output.origin);
+                self.begun = true;
+                return Ok(());
+            }
             Err(e) if self.gpu.is_some() && self.kind == DeviceKind::Auto => e,
             result => return result,
         };
@@ -187,7 +207,17 @@ impl<T: Precision> Backend<T> for DeviceBackend<T> {
     }
 
     fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()> {
-        self.backend().set_visible(visible)?;
+        match self.backend().set_visible(visible) {
+            // The next frame goes on on the CPU, unless it is the mask that is at fault.
+            Err(e) if self.gpu.is_some() && self.kind == DeviceKind::Auto => {
+                let faces = self.recipe.scene.face_places.len();
+                if visible.is_some_and(|v| v.len() != faces) {
+                    return Err(e);
+                }
+                self.broken = Some(e);
+            }
+            result => result?,
+        }
         self.visible = visible.map(<[bool]>::to_vec);
         Ok(())
     }
@@ -196,13 +226,9 @@ impl<T: Precision> Backend<T> for DeviceBackend<T> {
         // The CPU would have to go on from them.
         let starts = self.kind == DeviceKind::Auto && self.recipe.settings.start == Start::Previous;
         let wanted = Wanted { knots: wanted.knots || starts, ..wanted };
-        match self.backend().set_wanted(wanted) {
-            // Curves take several times the room of points; the CPU samples them as well.
-            Err(_) if self.kind == DeviceKind::Auto => {
-                self.backend().set_wanted(Wanted { curves: 0, ..wanted })
-            }
-            result => result,
-        }
+        // Curves take several times the room of points; where there is too little, the CPU samples them.
+        let result = self.backend().set_wanted(wanted);
+        result.or_else(|_| self.backend().set_wanted(Wanted { curves: 0, ..wanted }))
     }
 
     fn device_times(&self) -> &[(&'static str, f64)] {
@@ -210,8 +236,10 @@ impl<T: Precision> Backend<T> for DeviceBackend<T> {
     }
 
     fn set_origin(&mut self, origin: DVec3) {
-        self.backend().set_origin(origin);
-        self.origin = Some(origin);
+        if !self.begun {
+            self.backend().set_origin(origin);
+            self.origin = Some(origin);
+        }
     }
 
     fn tables(&self) -> &Tables {

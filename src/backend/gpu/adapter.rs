@@ -180,7 +180,7 @@ pub(super) struct Device {
 impl Device {
     /// The first fault so far, if there was one, as an error.
     pub fn check(&self) -> Result<()> {
-        let fault = self.faults.lock().ok().and_then(|mut f| f.take());
+        let fault = self.faults.lock().ok().and_then(|f| f.clone());
         fault.map_or(Ok(()), |message| Err(self.fault(&message)))
     }
 

@@ -43,7 +43,15 @@ fn sample_of(yarns: &Yarns, point: u32, subdivide: usize) -> usize {
     yarns.first_sample(yarn, subdivide) + (point - yarns.offsets[yarn]) as usize * (subdivide + 1)
 }
 
+/// Bytes of samples at most: beyond, the CPU samples curves as they are written, which takes no memory.
+const MOST_BYTES: u64 = 256 << 20;
+
 impl CurvesOnDevice {
+    /// Whether a scene's samples are few enough.
+    pub fn fits(scene: &Scene, subdivide: usize) -> bool {
+        12 * scene.yarns.first_sample(scene.yarns.len(), subdivide) as u64 <= MOST_BYTES
+    }
+
     /// Room for a scene's curves; `points` holds its control points.
     pub fn new(
         device: &Device,
@@ -108,12 +116,17 @@ impl CurvesOnDevice {
         }
     }
 
-    /// Waits for a frame's samples; control points are among them.
+    /// Waits for a frame's samples.
+    pub fn ready(&self, device: &Device) -> Result<()> {
+        self.windows.iter().try_for_each(|window| window.back.ready(device))
+    }
+
+    /// Takes a frame's samples, which are ready; control points are among them.
     pub fn collect(&self, device: &Device, scene: &Scene, output: &mut FrameOutput<f32>) -> Result<()> {
         let samples = &mut output.curves.points;
         samples.clear();
         for window in &self.windows {
-            window.back.wait(device, |bytes| {
+            window.back.take(device, |bytes| {
                 let floats: &[f32] = bytemuck::cast_slice(&bytes[..window.bytes as usize]);
                 samples.extend(vectors(floats));
             })?;

@@ -288,6 +288,8 @@ impl GpuBackend {
     /// Waits for the frame.
     pub(super) fn collect(&mut self, output: &mut FrameOutput<f32>) -> Result<()> {
         let scene = self.scene.clone();
+        // An error must leave the output as it was.
+        self.ready()?;
         output.knots.resize(if self.wanted.knots { scene.knot_count } else { 0 }, KnotState::default());
         output.faces.resize(scene.face_count, unsolved());
         output.points.resize(scene.yarns.point_count(), V3::zero());
@@ -295,7 +297,7 @@ impl GpuBackend {
         let mut cross = std::mem::take(&mut self.cross);
         for (i, part) in self.parts.iter().enumerate() {
             let comes = self.comes(part, false);
-            part.readback.wait(&self.device, |bytes| {
+            part.readback.take(&self.device, |bytes| {
                 let mut rest = bytes;
                 let [points, open, knots, results, counts] = comes.map(|n| {
                     let (now, later) = rest.split_at(n);
@@ -357,13 +359,35 @@ impl GpuBackend {
     /// Waits for points that were turned along.
     pub(super) fn collect_turned(&mut self, motion: &Motion, output: &mut FrameOutput<f32>) -> Result<()> {
         let (origin, gauge) = (self.surface.origin(), self.scene.gauge);
+        self.ready()?;
         self.cross.take_turned(&output.points, motion, origin, gauge);
         for part in &self.parts {
             let bytes = self.comes(part, true)[0];
-            part.readback.wait(&self.device, |all| take_points(&all[..bytes], part, output))?;
+            part.readback.take(&self.device, |all| take_points(&all[..bytes], part, output))?;
         }
         self.cross.join(&mut output.points);
         self.collect_curves(output)
+    }
+
+    /// Brings back knots of an earlier frame.
+    pub(super) fn fetch_knots(&self, output: &mut FrameOutput<f32>) -> Result<()> {
+        output.knots.resize(self.scene.knot_count, KnotState::default());
+        for part in &self.parts {
+            let words = super::readback::read(&self.device, &part.buffers.knots)?;
+            let count = 3 * part.places.knots as usize;
+            take_faces(bytemuck::cast_slice(&words[..count]), &[], part, &self.scene, output);
+        }
+        Ok(())
+    }
+
+    /// Waits for all that comes back.
+    fn ready(&mut self) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.readback.ready(&self.device))?;
+        if let Some(curves) = &self.curves {
+            curves.ready(&self.device)?;
+        }
+        self.waited = self.submitted.elapsed();
+        Ok(())
     }
 
     fn collect_curves(&self, output: &mut FrameOutput<f32>) -> Result<()> {
@@ -405,6 +429,9 @@ fn take_faces(
             for (to, k) in output.knots[there].iter_mut().zip(&knots[here]) {
                 *to = KnotState { direction: V2::new(k.u, k.v), half_length: k.half_length };
             }
+        }
+        if results.is_empty() {
+            continue;
         }
         let [here, there] = part.result_ranges(scene, b);
         for (to, r) in output.faces[there].iter_mut().zip(&results[here]) {

@@ -79,6 +79,12 @@ impl GpuBackend {
     /// Waits for a frame.
     fn finish(&mut self, pending: Pending, output: &mut FrameOutput<f32>) -> Result<()> {
         let worked = !matches!(pending, Pending::Stays(_));
+        if matches!(pending, Pending::Solved) {
+            self.knots_stayed = !self.wanted.knots;
+        } else if self.wanted.knots && self.knots_stayed {
+            self.fetch_knots(output)?;
+            self.knots_stayed = false;
+        }
         match pending {
             Pending::Stays(skipped) => output.skipped = skipped,
             Pending::Turned(motion) => {
@@ -98,14 +104,14 @@ impl GpuBackend {
         match &self.timer {
             _ if !worked || !self.options.timed => {}
             Some(timer) => self.times.extend(PASSES.into_iter().zip(timer.seconds(&self.device)?)),
-            None => self.times.push(("submit to done", self.submitted.elapsed().as_secs_f64())),
+            None => self.times.push(("submit to done", self.waited.as_secs_f64())),
         }
         self.device.check()
     }
 }
 
-impl Backend<f32> for GpuBackend {
-    fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<f32>) -> Result<()> {
+impl GpuBackend {
+    fn solve(&mut self, positions: &[DVec3], output: &mut FrameOutput<f32>) -> Result<()> {
         let mut continued = self.stamp != 0 && output.stamp == self.stamp;
         if let Some(pending) = self.ahead.take() {
             if continued && !self.sight.anew && self.surface.holds(positions) {
@@ -119,6 +125,17 @@ impl Backend<f32> for GpuBackend {
         let pending = self.submit(positions, into)?;
         self.finish(pending, output)
     }
+}
+
+impl Backend<f32> for GpuBackend {
+    fn frame(&mut self, positions: &[DVec3], output: &mut FrameOutput<f32>) -> Result<()> {
+        let result = self.solve(positions, output);
+        if result.is_err() {
+            // The positions are taken in already: the next frame must not take them for known.
+            self.stamp = 0;
+        }
+        result
+    }
 
     fn ahead(&mut self, positions: &[DVec3]) -> Result<()> {
         if self.stamp == 0 || self.ahead.is_some() {
@@ -130,8 +147,10 @@ impl Backend<f32> for GpuBackend {
     }
 
     fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()> {
-        self.sight.set(&self.scene, visible)?;
-        if self.chooses() { self.make_choosers() } else { Ok(()) }
+        if visible.is_some() {
+            self.make_choosers()?;
+        }
+        self.sight.set(&self.scene, visible)
     }
 
     fn set_wanted(&mut self, wanted: Wanted) -> Result<()> {
@@ -143,7 +162,8 @@ impl Backend<f32> for GpuBackend {
         if made != wanted.curves {
             self.curves = None;
             // The points of several parts come together on the CPU.
-            if let ([part], true) = (&self.parts[..], wanted.curves > 0) {
+            let samples = wanted.curves > 0 && CurvesOnDevice::fits(&self.scene, wanted.curves);
+            if let ([part], true) = (&self.parts[..], samples) {
                 let points = &part.buffers.points;
                 let options = &self.options;
                 self.curves =

@@ -46,7 +46,7 @@ use shared::SharedKernels;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use timer::{PASSES, Timer};
 use types::{Shaders, StitchType};
 
@@ -165,11 +165,15 @@ pub struct GpuBackend {
     /// Seams whose sides are in different parts.
     cross: CrossSeams,
     wanted: Wanted,
+    /// Whether the last solved frame's knots stayed on the device.
+    knots_stayed: bool,
     curves: Option<CurvesOnDevice>,
     timer: Option<Timer>,
     times: Vec<(&'static str, f64)>,
     /// When the last frame was put to work.
     submitted: Instant,
+    /// How long it took from there.
+    waited: Duration,
     /// Words on their way: flags, and the shapes whose solve is known.
     scratch: Vec<u32>,
     known: Vec<u32>,
@@ -198,14 +202,14 @@ impl GpuBackend {
     ) -> Result<Self> {
         super::check(settings, running)?;
         let device = adapter.open()?;
-        if device.ends_loops() && settings.iterations > MOST_STEPS {
+        let (kernels, tables) = kernels::<f32>(&scene, settings, running, cache);
+        if device.ends_loops() && settings.iterations > MOST_STEPS && kernels.iter().any(Kernel::solves) {
             return Err(device.fault(&format!(
                 "--iterations {}: expected {MOST_STEPS} at most, for this driver ends loops after 65,535 rounds: take \
                  --device cpu",
                 settings.iterations
             )));
         }
-        let (kernels, tables) = kernels::<f32>(&scene, settings, running, cache);
         let shared = SharedKernels::new(&device, options)?;
         let mut shaders = Shaders::new(&device, running, options, &kernels);
         let maker = Maker(&device);
@@ -261,10 +265,12 @@ impl GpuBackend {
             parts,
             cross,
             wanted: Wanted::default(),
+            knots_stayed: false,
             curves: None,
             timer,
             times: Vec::new(),
             submitted: Instant::now(),
+            waited: Duration::ZERO,
             scratch: Vec::new(),
             known: Vec::new(),
             twin,

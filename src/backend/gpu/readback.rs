@@ -28,6 +28,12 @@ impl Readback {
 
     /// Waits for the device, and hands over the bytes.
     pub fn wait(&self, device: &Device, take: impl FnOnce(&[u8])) -> Result<()> {
+        self.ready(device)?;
+        self.take(device, take)
+    }
+
+    /// Waits for the device.
+    pub fn ready(&self, device: &Device) -> Result<()> {
         let (sender, receiver) = std::sync::mpsc::channel();
         self.0.map_async(wgpu::MapMode::Read, .., move |result| {
             // Nobody waits any more where the receiver is gone.
@@ -38,7 +44,11 @@ impl Readback {
         device.check()?;
         waited.map_err(|e| device.fault(&e.to_string()))?;
         let mapped = receiver.recv_timeout(LONGEST).map_err(|e| device.fault(&e.to_string()))?;
-        mapped.map_err(|e| device.fault(&e.to_string()))?;
+        mapped.map_err(|e| device.fault(&e.to_string()))
+    }
+
+    /// Hands over the bytes of what is ready.
+    pub fn take(&self, device: &Device, take: impl FnOnce(&[u8])) -> Result<()> {
         let view = self.0.get_mapped_range(..).map_err(|e| device.fault(&e.to_string()))?;
         take(&view);
         drop(view);
