@@ -32,7 +32,7 @@ use super::sight::Sight;
 use super::surface::Surface;
 use super::{CpuBackend, FrameOutput, Running, Skip, Tables, Wanted, kernels};
 use crate::Result;
-use crate::knot::{Kernel, Settings, Start};
+use crate::knot::{Kernel, Settings, Solver, Start};
 use crate::math::V3;
 use crate::scene::Scene;
 use adapter::Device;
@@ -53,8 +53,8 @@ use types::{Shaders, StitchType};
 /// Workgroups that a dispatch has at most on an axis, whatever the adapter.
 const MOST_GROUPS: u32 = 65_535;
 
-/// Steps of a solve where a driver ends a shader's loops without a word: the largest stitch types come to a thousand rounds a
-/// step.
+/// Steps of a Gauss-Newton solve where a driver ends a shader's loops without a word: as many as were compared, of all
+/// templates. Stitches come to about a thousand rounds a step.
 const MOST_STEPS: u32 = 20;
 
 /// How the device is used.
@@ -203,9 +203,14 @@ impl GpuBackend {
         super::check(settings, running)?;
         let device = adapter.open()?;
         let (kernels, tables) = kernels::<f32>(&scene, settings, running, cache);
-        if device.ends_loops() && settings.iterations > MOST_STEPS && kernels.iter().any(Kernel::solves) {
+        let most = match settings.solver {
+            Solver::GaussNewton => MOST_STEPS,
+            // They end where nothing is left to gain.
+            Solver::Safeguarded => 3 * MOST_STEPS,
+        };
+        if device.ends_loops() && settings.iterations > most && kernels.iter().any(Kernel::solves) {
             return Err(device.fault(&format!(
-                "--iterations {}: expected {MOST_STEPS} at most, for this driver ends loops after 65,535 rounds: take \
+                "--iterations {}: expected {most} at most, for this driver ends loops after 65,535 rounds: take \
                  --device cpu",
                 settings.iterations
             )));
