@@ -14,6 +14,7 @@ pub mod knot;
 pub mod math;
 pub mod measure;
 pub mod mesh;
+pub mod pattern;
 pub mod scene;
 pub mod template;
 pub mod yarn;

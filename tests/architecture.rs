@@ -10,9 +10,10 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("yarn", &["error"]),
     ("mesh", &["error", "ids"]),
+    ("pattern", &["error"]),
     ("template", &["error", "ids", "mesh"]),
     // Readers and writers of plain data; `io::result` alone knows solved frames.
-    ("io", &["error", "ids", "mesh", "template", "yarn"]),
+    ("io", &["error", "ids", "mesh", "pattern", "template", "yarn"]),
     ("scene", &["error", "ids", "math", "mesh", "template"]),
     ("knot", &["error", "math", "scene"]),
     ("backend", &["error", "ids", "math", "mesh", "scene", "knot"]),
