@@ -1,6 +1,9 @@
 //! Stitch meshes: polygons whose faces are stitches, and how their edges are joined.
 
 pub mod corners;
+mod material;
+
+pub use material::MaterialMesh;
 
 use crate::ids::{FaceId, TypeId, VertexId};
 use glam::DVec3;
