@@ -7,6 +7,7 @@
 
 pub mod backend;
 pub mod curve;
+pub mod database;
 pub mod error;
 pub mod ids;
 pub mod io;

@@ -17,6 +17,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("scene", &["error", "ids", "math", "mesh", "template"]),
     ("knot", &["error", "math", "scene"]),
     ("backend", &["error", "ids", "math", "mesh", "scene", "knot"]),
+    ("database", &["error", "math", "mesh", "pattern", "backend"]),
     ("curve", &["error", "ids", "math", "mesh", "scene", "knot", "backend", "yarn"]),
     ("measure", &["error", "ids", "math", "mesh", "template", "scene", "knot", "backend", "curve", "yarn"]),
 ];

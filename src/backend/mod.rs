@@ -16,6 +16,7 @@ mod work;
 
 pub use cpu::{CpuBackend, Running};
 pub use device::{DeviceBackend, DeviceKind, FoundGpu, OnGpu, Recipe};
+pub(crate) use scatter::Scatter;
 pub use skip::{Skip, Skipped};
 pub use surface::middle;
 pub use tables::{TableReport, TableSource, Tables};
