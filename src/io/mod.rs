@@ -21,6 +21,7 @@ pub mod pbrt;
 pub mod pyp;
 pub mod result;
 pub mod scan;
+pub mod sequence;
 pub mod sf;
 pub mod smobj;
 pub mod strain_table;
