@@ -2,6 +2,7 @@
 
 pub mod bcc;
 pub mod convert;
+pub mod convert_database;
 pub mod curve_info;
 pub mod curves;
 mod embedded;
