@@ -41,7 +41,7 @@ enum Command {
     Info(info::Arguments),
     /// List the stitches that a library offers.
     Templates(templates::Arguments),
-    /// Convert between the curve formats.
+    /// Convert between the formats of curves or of yarn models, or from a sequence of cloth.
     Convert(convert::Arguments),
     /// Run random faces, far beyond what cloth does, and say whether all holds that must.
     Stress(stress::Arguments),

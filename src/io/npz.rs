@@ -283,7 +283,8 @@ fn push_floats(bytes: &mut Vec<u8>, values: Floats, precision: NpzPrecision) {
     }
 }
 
-fn entry(zip: &mut ZipWriter, name: &str, descr: &str, shape: &[u64], data: &[u8]) -> Result<()> {
+/// Writes an array.
+pub(super) fn entry(zip: &mut ZipWriter, name: &str, descr: &str, shape: &[u64], data: &[u8]) -> Result<()> {
     let header = header_bytes(descr, shape);
     zip.begin(&format!("{name}.npy"), (header.len() + data.len()) as u64)?;
     zip.write(&header)?;

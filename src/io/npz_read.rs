@@ -4,8 +4,9 @@
 //! `radius` (one number, or one per yarn) and `origin` may be.
 
 use super::curves::CurveHeader;
-use super::npy::{Mismatch, NpyHeader};
-use super::zip::{Entry, EntryReader, ZipReader};
+use super::npy::NpyHeader;
+use super::npz_arrays::{Arrays, read_header, shape_error};
+use super::zip::EntryReader;
 use crate::yarn::Curves;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -31,31 +32,20 @@ impl NpzReader {
     /// Opens a file and reads everything but the points.
     pub fn open(path: &Path) -> Result<(Self, CurveHeader)> {
         let mut header = CurveHeader::default();
-        // Taken while an entry is being read.
-        let mut archive = Some(ZipReader::open(path)?);
-        let find = |zip: &ZipReader, name: &str| {
-            zip.entries.iter().find(|e| e.name.strip_suffix(".npy") == Some(name)).cloned()
-        };
+        let mut archive = Arrays::open(path)?;
         let mut at = 0;
-        let mut load = |name: &str, most: usize| -> Result<Option<(NpyHeader, Vec<f64>)>> {
-            let Some(entry) = archive.as_ref().and_then(|zip| find(zip, name)) else { return Ok(None) };
-            let Some(zip) = archive.take() else { return Ok(None) };
-            at = entry.at;
-            let mut reader = zip.entry(&entry)?;
-            let npy = read_header(path, &mut reader, &entry)?;
-            let count = npy.count().unwrap_or(u64::MAX);
-            if npy.shape.len() > most || count.checked_mul(npy.size as u64) != Some(reader.left()) {
-                return Err(shape_error(path, &entry, &npy, reader.left()));
-            }
-            let bytes = reader.read_rest(MAX_STATIC)?;
-            let values = bytes.chunks_exact(npy.size).map(|b| npy.number(b)).collect();
-            archive = Some(reader.close());
-            Ok(Some((npy, values)))
+        let mut load = |name: &str| -> Result<Option<Vec<f64>>> {
+            let fits = |shape: &[u64]| shape.len() <= 1;
+            let Some(array) = archive.load(name, MAX_STATIC, fits, "the array's shape as documented")? else {
+                return Ok(None);
+            };
+            at = array.at;
+            Ok(Some(array.numbers().collect()))
         };
         let invalid =
             |at: u64, found: &str, expected: &str| Error::binary(path, at as usize, found, expected);
 
-        let Some((_, offsets)) = load("yarn_offsets", 1)? else {
+        let Some(offsets) = load("yarn_offsets")? else {
             return Err(invalid(
                 0,
                 "no array 'yarn_offsets'",
@@ -67,32 +57,33 @@ impl NpzReader {
             return Err(invalid(at, "other values in 'yarn_offsets'", "rising whole numbers from 0"));
         }
         let yarns = offsets.len() - 1;
-        let closed = load("yarn_closed", 1)?.map(|(_, values)| values);
+        let closed = load("yarn_closed")?;
         if closed.as_ref().is_some_and(|c| c.len() != yarns) {
             return Err(invalid(at, "another number of values in 'yarn_closed'", "one per yarn"));
         }
-        let radius = load("radius", 1)?.map(|(_, values)| values).unwrap_or_default();
+        let radius = load("radius")?.unwrap_or_default();
         if radius.len() > 1 && radius.len() != yarns || radius.iter().any(|r| !(r.is_finite() && *r >= 0.0)) {
             return Err(invalid(at, "other values in 'radius'", "one number of at least 0"));
         }
-        let origin = load("origin", 1)?.map(|(_, values)| values).unwrap_or(vec![0.0; 3]);
+        let origin = load("origin")?.unwrap_or(vec![0.0; 3]);
         if origin.len() != 3 || origin.iter().any(|x| !x.is_finite()) {
             return Err(invalid(at, "other values in 'origin'", "three finite numbers"));
         }
-        let gauge = load("gauge", 1)?.and_then(|(_, values)| values.first().copied());
+        let gauge = load("gauge")?.and_then(|values| values.first().copied());
 
-        let Some((zip, entry)) = archive.and_then(|zip| find(&zip, "points").map(|entry| (zip, entry)))
-        else {
+        let names = archive.names().join(", ");
+        let Some((mut points, entry)) = archive.turn_to("points")? else {
             return Err(invalid(0, "no array 'points'", "a result file with 'points' and 'yarn_offsets'"));
         };
-        let names: Vec<_> = zip.entries.iter().filter_map(|e| e.name.strip_suffix(".npy")).collect();
-        header.fact("arrays", names.join(", "));
-        let mut points = zip.entry(&entry)?;
+        header.fact("arrays", names);
         let npy = read_header(path, &mut points, &entry)?;
         let (frames, count) = match npy.shape[..] {
             [frames, count, 3] => (frames, count),
             [count, 3] => (1, count),
-            _ => return Err(shape_error(path, &entry, &npy, points.left())),
+            _ => {
+                let expected = "the array's shape as documented";
+                return Err(shape_error(path, &entry, &npy, points.left(), expected));
+            }
         };
         let bytes = npy.count().and_then(|n| n.checked_mul(npy.size as u64));
         // Frames without points take no bytes, so that their number could be anything.
@@ -167,29 +158,4 @@ impl NpzReader {
         }
         Ok(Some(curves))
     }
-}
-
-fn read_header(path: &Path, reader: &mut EntryReader, entry: &Entry) -> Result<NpyHeader> {
-    let place = |Mismatch { at, found, expected }: Mismatch| {
-        let found = format!("{found} at byte {at} of '{}'", entry.name);
-        Error::binary(path, entry.at as usize, found, expected)
-    };
-    let mut bytes = vec![0; 12];
-    reader.read_exact(&mut bytes)?;
-    let (before, length) = NpyHeader::lengths(&bytes).map_err(place)?;
-    // A version 1 header begins two bytes before the end of these twelve.
-    bytes.resize((before + length).max(12), 0);
-    reader.read_exact(&mut bytes[12..])?;
-    let header = NpyHeader::parse(&bytes).map_err(place)?;
-    if header.fortran_order {
-        let found = format!("the array '{}' in Fortran order", entry.name);
-        let expected = "C order (np.ascontiguousarray gives it)";
-        return Err(Error::binary(path, entry.at as usize, found, expected));
-    }
-    Ok(header)
-}
-
-fn shape_error(path: &Path, entry: &Entry, npy: &NpyHeader, bytes: u64) -> Error {
-    let found = format!("the shape {:?} in {bytes} bytes of '{}'", npy.shape, entry.name);
-    Error::binary(path, entry.at as usize, found, "the array's shape as documented, and as many bytes")
 }

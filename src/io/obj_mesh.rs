@@ -5,9 +5,12 @@
 //! with like orientation do.
 
 mod face;
+mod material;
 mod stitch;
+mod write;
 
 pub use stitch::Resolve;
+pub use write::write;
 
 use super::text::{Line, Lines, Word, read_bytes};
 use crate::mesh::Join;

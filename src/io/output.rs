@@ -1,5 +1,9 @@
 //! Files that appear whole or not at all, and the names of numbered frames.
 
+mod folder;
+
+pub use folder::OutputFolder;
+
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
@@ -7,14 +11,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use tempfile::NamedTempFile;
 
-/// Temporary files of outputs not yet finished, for a program that is told to stop.
+/// Temporary files and folders of outputs not yet finished, for a program that is told to stop.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Removes the temporary files of all unfinished outputs: for signal handlers, before the program exits.
+/// Removes the temporary files and folders of all unfinished outputs: for signal handlers, before the program exits.
 pub fn discard_unfinished() {
     if let Ok(paths) = UNFINISHED.lock() {
         for path in paths.iter() {
-            let _ = std::fs::remove_file(path);
+            let _ = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
         }
     }
 }

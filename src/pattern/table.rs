@@ -41,7 +41,7 @@ impl StrainTable {
             }
         }
         let nodes: usize = axes.iter().map(Vec::len).product();
-        if values.len() % nodes != 0 {
+        if !values.len().is_multiple_of(nodes) {
             return Err(Error::invalid(format_args!(
                 "found {} displacements, expected a multiple of {nodes}: one a node for each vertex",
                 values.len()
