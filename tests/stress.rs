@@ -7,11 +7,12 @@
 
 mod common;
 
+#[cfg(feature = "gpu")]
 use knotmesh::backend::DeviceKind;
 use knotmesh::knot::{KnotState, Status};
 use knotmesh::math::{Scalar, V3};
 use knotmesh::measure::stress::checks::{Check, Record, same};
-use knotmesh::measure::stress::round::{FACES, FRAMES, Face, Place, Plan, Round};
+use knotmesh::measure::stress::round::{FACES, FRAMES, Face, Place, Plan, Round, Threaded};
 use knotmesh::measure::stress::shapes::Kind;
 use knotmesh::measure::stress::tally::Report;
 #[cfg(feature = "gpu")]
@@ -19,7 +20,7 @@ use knotmesh::measure::stress::variants::variants;
 use knotmesh::measure::stress::{Length, Options, panics, run, run_one};
 use knotmesh::template::TemplateLibrary;
 
-const HERE: (usize, DeviceKind) = (2, DeviceKind::Cpu);
+const HERE: Threaded = Threaded::cpu(2);
 
 #[test]
 fn a_short_run_holds() {
@@ -75,7 +76,8 @@ fn a_face_alone_is_what_it_is_in_the_run() {
 #[test]
 fn every_variant_runs_on_a_gpu() {
     let Some(adapter) = common::gpu::adapter() else { return };
-    let options = Options { device: DeviceKind::Gpu, ..Options::default() };
+    let name = adapter.report().name;
+    let options = Options { device: DeviceKind::Gpu, adapter: Some(&name), ..Options::default() };
     for (round, variant) in (0..).zip(variants()) {
         let place = Place { round, frame: FRAMES - 1, slot: 0 };
         let report = run_one(&options, place.number()).expect(variant.name);
@@ -223,6 +225,9 @@ fn the_command_line() {
     assert!(code == Some(0) && out.contains(" faces in "), "{out}");
     let (code, out, _) = knotmesh(&["stress", "--seed", "3", "--only", "5000"]);
     assert!(code == Some(0) && out.starts_with("face 5000: "), "{out}");
+    // Drivers may say something of their own.
+    let (code, out, error) = knotmesh(&["stress", "--only", "0", "--adapter", "no such"]);
+    assert_eq!((code, out.as_str()), (Some(2), ""), "an adapter that is named is meant: {error}");
     for wrong in [
         &["stress", "--count", "5", "--seconds", "1"][..],
         &["stress", "--only", "5", "--count", "1"],
