@@ -10,7 +10,7 @@ var<private> counted: array<u32, COUNTERS>;
 
 // Kernels that share the buffer have counters of their own, so that sums tell them apart.
 fn put_counts(id: vec3<u32>, groups: vec3<u32>) {
-    let thread = id.x + id.y * groups.x * WORKGROUP;
+    let thread = thread_of(id, groups);
     if thread >= arrayLength(&counts) / COUNTERS {
         return;
     }

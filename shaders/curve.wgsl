@@ -59,7 +59,7 @@ fn mirrored(end: u32, other: u32) -> vec3<f32> {
 
 @compute @workgroup_size(WORKGROUP)
 fn curve(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let point = sizes.begin + id.x + id.y * groups.x * WORKGROUP;
+    let point = sizes.begin + thread_of(id, groups);
     if point >= sizes.end {
         return;
     }

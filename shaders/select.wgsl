@@ -92,7 +92,7 @@ fn take_known(which: u32, face: u32, own_shape: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     know_counts();
-    let face = id.x + id.y * groups.x * WORKGROUP;
+    let face = thread_of(id, groups);
     if face >= settings.face_count {
         return;
     }

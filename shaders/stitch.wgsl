@@ -98,7 +98,7 @@ fn entry_of(thread: u32) -> Entry {
 @compute @workgroup_size(WORKGROUP)
 fn stitch(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     know_counts();
-    let entry = entry_of(id.x + id.y * groups.x * WORKGROUP);
+    let entry = entry_of(thread_of(id, groups));
     if !entry.there {
         return;
     }

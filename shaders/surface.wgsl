@@ -36,14 +36,10 @@ fn put_surface(i: u32, p: vec3<f32>) {
     surface[3u * i + 2u] = bitcast<u32>(p.z);
 }
 
-fn thread(id: vec3<u32>, groups: vec3<u32>) -> u32 {
-    return id.x + id.y * groups.x * WORKGROUP;
-}
-
 // The vector area of each face; zero for one so thin that it has no frame either, or not finite.
 @compute @workgroup_size(WORKGROUP)
 fn areas(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let face = thread(id, groups);
+    let face = thread_of(id, groups);
     if face >= sizes.faces {
         return;
     }
@@ -72,7 +68,7 @@ fn areas(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
 // The sum of the vector areas around each corner group.
 @compute @workgroup_size(WORKGROUP)
 fn corner_normals(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let group = thread(id, groups);
+    let group = thread_of(id, groups);
     if group >= sizes.groups {
         return;
     }
@@ -91,7 +87,7 @@ fn corner_normals(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_wor
 // Shared points are the mean of what both faces say.
 @compute @workgroup_size(WORKGROUP)
 fn join(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let seam = thread(id, groups);
+    let seam = thread_of(id, groups);
     if seam >= sizes.seams {
         return;
     }
@@ -115,7 +111,7 @@ struct Turn {
 // Turns points and sides of seams along.
 @compute @workgroup_size(WORKGROUP)
 fn carry(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let at = thread(id, groups);
+    let at = thread_of(id, groups);
     if at >= sizes.points + sizes.sides {
         return;
     }

@@ -69,13 +69,8 @@ impl CurveExtras {
     /// The same for curves with `subdivide` extra points a segment.
     pub fn subdivided(&self, scene: &Scene, subdivide: usize) -> Self {
         let mut extras = self.clone();
-        let step = subdivide as u32 + 1;
-        let yarns = &scene.yarns;
-        let first: Vec<u32> =
-            (0..yarns.len()).map(|yarn| yarns.first_sample(yarn, subdivide) as u32).collect();
         for c in &mut extras.checkpoints {
-            let yarn = yarns.offsets.partition_point(|o| *o <= c.point) - 1;
-            c.point = first[yarn] + (c.point - yarns.offsets[yarn]) * step;
+            c.point = scene.yarns.sample_of(c.point, subdivide) as u32;
         }
         extras
     }

@@ -3,6 +3,7 @@
 mod common;
 
 use common::Random;
+use common::curves::collect;
 use common::grid::{Wrap, grid, placed, tube_place};
 use common::run::run;
 use glam::DVec3;
@@ -14,17 +15,6 @@ use knotmesh::measure::clearance::clearance;
 use knotmesh::scene::SceneOptions;
 use knotmesh::template::TemplateLibrary;
 use knotmesh::yarn::{CurveSource, Curves};
-
-fn collect(curves: &dyn CurveSource, yarn: usize) -> Vec<DVec3> {
-    let mut points = Vec::new();
-    curves
-        .visit(yarn, &mut |chunk| {
-            points.extend_from_slice(chunk);
-            Ok(())
-        })
-        .unwrap();
-    points
-}
 
 fn centripetal(p: [DVec3; 4], t: f64) -> DVec3 {
     Segment::centripetal(p.map(V3::of)).at(t).to_f64()

@@ -3,17 +3,16 @@
 
 mod common;
 
+use common::curves::samples;
 use common::grid::{Wrap, grid};
 use glam::{DMat3, DVec3};
 use knotmesh::backend::gpu::{Adapter, GpuBackend, GpuOptions, OnCpu};
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, Skipped, Wanted};
-use knotmesh::curve::FrameCurves;
 use knotmesh::io::smobj;
 use knotmesh::knot::{Settings, Start};
 use knotmesh::mesh::StitchMesh;
 use knotmesh::scene::{Scene, SceneOptions};
 use knotmesh::template::TemplateLibrary;
-use knotmesh::yarn::CurveSource;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -25,6 +24,10 @@ fn swatch() -> StitchMesh {
 
 fn lace() -> StitchMesh {
     smobj::read_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("stitches/lace.smobj")).expect("it reads")
+}
+
+fn scene(mesh: &StitchMesh) -> Arc<Scene> {
+    Arc::new(Scene::compile(mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap())
 }
 
 /// Frame 0 is the mesh as it stands.
@@ -82,8 +85,7 @@ fn compared(
     motions: &[&str],
     [hide, ahead]: [bool; 2],
 ) -> Result<(), String> {
-    let scene =
-        Arc::new(Scene::compile(mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap());
+    let scene = scene(mesh);
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("skip-tables");
     let settings = Settings { start, ..Settings::default() };
     let running = Running { threads: 1, skip, ..Running::default() };
@@ -190,8 +192,7 @@ fn in_parts() {
 fn what_is_wanted() {
     let Some(adapter) = common::gpu::adapter() else { return };
     let mesh = lace();
-    let scene =
-        Arc::new(Scene::compile(&mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap());
+    let scene = scene(&mesh);
     let running = Running { threads: 1, ..Running::default() };
     for start in [Start::Affine, Start::Previous] {
         let settings = Settings { start, ..Settings::default() };
@@ -233,26 +234,12 @@ fn what_is_wanted() {
     }
 }
 
-fn samples(scene: &Scene, output: &FrameOutput<f32>, subdivide: usize) -> Vec<DVec3> {
-    let curves = FrameCurves::new(scene, output, subdivide, None);
-    let mut all = Vec::new();
-    for yarn in 0..curves.yarn_count() {
-        let mut sink = |points: &[DVec3]| {
-            all.extend_from_slice(points);
-            Ok(())
-        };
-        curves.visit(yarn, &mut sink).unwrap();
-    }
-    all
-}
-
 /// A frame that was told wrong is solved all the same.
 #[test]
 fn frames_told_wrong() {
     let Some(adapter) = common::gpu::adapter() else { return };
     let mesh = lace();
-    let scene =
-        Arc::new(Scene::compile(&mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap());
+    let scene = scene(&mesh);
     let settings = Settings::default();
     let running = Running { threads: 1, ..Running::default() };
     let mut cpu = CpuBackend::<f32>::new(scene.clone(), &settings, &running).unwrap();
@@ -276,8 +263,7 @@ fn frames_told_wrong() {
 fn the_first_stages_on_the_cpu() {
     let Some(adapter) = common::gpu::adapter() else { return };
     let mesh = lace();
-    let scene =
-        Arc::new(Scene::compile(&mesh, &TemplateLibrary::embedded(), SceneOptions::default()).unwrap());
+    let scene = scene(&mesh);
     let settings = Settings::default();
     let running = Running { threads: 1, skip: Skip::NOTHING, ..Running::default() };
     let mut cpu = CpuBackend::<f32>::new(scene.clone(), &settings, &running).unwrap();

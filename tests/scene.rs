@@ -154,12 +154,7 @@ fn pattern_lines_and_rest_lengths_reach_the_yarn() {
         assert_eq!((found[0].length, found[0].unit, found[1].length, found[1].unit), (3.0, 0, 0.5, 1));
         let (mut points, mut sources) = (Vec::new(), Vec::new());
         for yarn in 0..curves.yarn_count() {
-            curves
-                .visit(yarn, &mut |p| {
-                    points.extend_from_slice(p);
-                    Ok(())
-                })
-                .unwrap();
+            points.extend(common::curves::collect(&curves, yarn));
             curves
                 .visit_sources(yarn, &mut |s| {
                     sources.extend_from_slice(s);

@@ -73,7 +73,8 @@ pub trait Backend<T: Scalar> {
     fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()>;
 
     /// Says what is wanted of the next frames, so that a device need not bring back all there is. Knots come back all the
-    /// same where another backend may have to go on from them.
+    /// same where another backend may have to go on from them. To be said before a frame is told ahead: one that is under
+    /// way when something else is wanted is dropped, and solved again when it is asked for.
     ///
     /// # Errors
     /// A device without room for it.

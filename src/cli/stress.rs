@@ -2,6 +2,7 @@
 
 use super::device::DeviceName;
 use super::{Console, Ending, print};
+use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use knotmesh::knot::Status;
 use knotmesh::measure::stress::checks::Check;
@@ -34,9 +35,29 @@ pub struct Arguments {
     #[arg(long, default_value_t = 0)]
     threads: usize,
     /// Where that run of several threads is made in f32: on a GPU, the bytes are the same where its driver leaves sums,
-    /// quotients and roots as they are.
-    #[arg(long, value_enum, default_value = "cpu")]
-    device: DeviceName,
+    /// quotients and roots as they are [default: cpu, or gpu where an adapter is named].
+    #[arg(long, value_enum)]
+    device: Option<DeviceName>,
+    /// The adapter to take, by a part of its name; `knotmesh info --adapters` lists them.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
+impl Arguments {
+    fn device(&self) -> DeviceName {
+        match (self.device, &self.adapter) {
+            (Some(device), _) => device,
+            (None, Some(_)) => DeviceName::Gpu,
+            (None, None) => DeviceName::Cpu,
+        }
+    }
+
+    /// What another run needs to be made on the same device.
+    fn again(&self) -> String {
+        let device = self.device.as_ref().and_then(ValueEnum::to_possible_value);
+        let device = device.map_or(String::new(), |value| format!(" --device {}", value.get_name()));
+        device + &self.adapter.as_ref().map_or(String::new(), |name| format!(" --adapter '{name}'"))
+    }
 }
 
 /// Runs faces and prints what was found.
@@ -48,8 +69,13 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         Some(seconds) => Length::Time(Duration::from_secs_f64(seconds)),
         None => Length::Count(arguments.count.unwrap_or(FACES)),
     };
-    let options =
-        Options { seed: arguments.seed, length, threads: arguments.threads, device: arguments.device.into() };
+    let options = Options {
+        seed: arguments.seed,
+        length,
+        threads: arguments.threads,
+        device: arguments.device().into(),
+        adapter: arguments.adapter.as_deref(),
+    };
     let report = match arguments.only {
         Some(number) => run_one(&options, number)?,
         None => {
@@ -66,8 +92,8 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         }
     };
     let text = match arguments.only {
-        Some(_) => report.description.clone() + &findings(&report),
-        None => listing(&report),
+        Some(_) => report.description.clone() + &findings(&report, &arguments.again()),
+        None => listing(&report, &arguments.again()),
     };
     print(&text)?;
     Ok(if report.holds() { Ending::Done } else { Ending::Broken })
@@ -86,7 +112,7 @@ fn bar(length: Length, quiet: bool) -> ProgressBar {
     bar
 }
 
-fn listing(report: &Report) -> String {
+fn listing(report: &Report, again: &str) -> String {
     let mut text = String::new();
     for (side, precision) in ["f32", "f64"].into_iter().enumerate() {
         let _ = write!(text, "{:22}", format!("ended in {precision}"));
@@ -120,7 +146,7 @@ fn listing(report: &Report) -> String {
         let share = 100.0 * one as f64 / total.max(1) as f64;
         let _ = writeln!(text, "{:>13}", if total == 0 { "-".into() } else { format!("{share:.3} %") });
     }
-    text += &findings(report);
+    text += &findings(report, again);
     let seconds = report.time.as_secs_f64();
     let _ = writeln!(
         text,
@@ -132,7 +158,7 @@ fn listing(report: &Report) -> String {
 }
 
 /// One line a check, and the first face that breaks it as a command.
-fn findings(report: &Report) -> String {
+fn findings(report: &Report, again: &str) -> String {
     let mut text = format!("{:42}{:>12}{:>10}\n", "what must hold", "checked", "broken");
     for check in Check::ALL {
         let tally = report.tally(check);
@@ -144,7 +170,7 @@ fn findings(report: &Report) -> String {
         if let Some(first) = &tally.first {
             let _ = writeln!(
                 text,
-                "    knotmesh stress --seed {} --only {}: {}",
+                "    knotmesh stress --seed {} --only {}{again}: {}",
                 report.seed, first.number, first.words
             );
         }

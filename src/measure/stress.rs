@@ -15,7 +15,7 @@ use crate::Result;
 use crate::backend::DeviceKind;
 use crate::template::TemplateLibrary;
 use checks::Check;
-use round::{FACES, FRAMES, Place, Plan, Round};
+use round::{FACES, FRAMES, Place, Plan, Round, Threaded};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 use tally::{Offence, Report};
@@ -31,7 +31,7 @@ pub enum Length {
 
 /// What is run.
 #[derive(Clone, Copy, Debug)]
-pub struct Options {
+pub struct Options<'a> {
     /// Of all random numbers.
     pub seed: u64,
     /// How long.
@@ -40,20 +40,23 @@ pub struct Options {
     pub threads: usize,
     /// Where the f32 backend of those N threads runs: it may be a GPU.
     pub device: DeviceKind,
+    /// Part of the name of the GPU adapter to take.
+    pub adapter: Option<&'a str>,
 }
 
-impl Default for Options {
+impl Default for Options<'_> {
     fn default() -> Self {
-        Self { seed: 1, length: Length::Count(100_000), threads: 0, device: DeviceKind::Cpu }
+        Self { seed: 1, length: Length::Count(100_000), threads: 0, device: DeviceKind::Cpu, adapter: None }
     }
 }
 
-impl Options {
-    fn threads(&self) -> usize {
-        match self.threads {
+impl<'a> Options<'a> {
+    fn threaded(&self) -> Threaded<'a> {
+        let threads = match self.threads {
             0 => std::thread::available_parallelism().map_or(2, |n| n.get().max(2)),
             n => n,
-        }
+        };
+        Threaded { threads, device: self.device, adapter: self.adapter }
     }
 }
 
@@ -75,7 +78,7 @@ pub fn run(options: &Options, mut progress: impl FnMut(u64)) -> Result<Report> {
             break;
         }
         let plan = Plan::new(&library, options.seed, first / (FACES * FRAMES));
-        let mut round = Round::new(plan, 0..FACES, (options.threads(), options.device))?;
+        let mut round = Round::new(plan, 0..FACES, options.threaded())?;
         for frame in 0..FRAMES {
             let begin = first + frame * FACES;
             if begin >= until {
@@ -111,7 +114,7 @@ pub fn run_one(options: &Options, number: u64) -> Result<Report> {
 
 fn one(library: &TemplateLibrary, options: &Options, place: Place, report: &mut Report) -> Result<()> {
     let plan = Plan::new(library, options.seed, place.round);
-    let mut round = Round::new(plan, place.slot..place.slot + 1, (options.threads(), options.device))?;
+    let mut round = Round::new(plan, place.slot..place.slot + 1, options.threaded())?;
     for frame in 0..=place.frame {
         if let Some(words) = panics(|| round.frame(frame))? {
             report.check(Check::Panic, place.number(), || Some(words));

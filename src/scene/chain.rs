@@ -101,6 +101,15 @@ impl Yarns {
         self.offsets[yarn] as usize * (subdivide + 1) - self.with_ends[yarn] as usize * subdivide
     }
 
+    /// Which sample a control point is, as [`Yarns::first_sample`] counts them. Of point [`Yarns::point_count`], how many
+    /// there are.
+    pub fn sample_of(&self, point: u32, subdivide: usize) -> usize {
+        let yarn = self.offsets.partition_point(|o| *o <= point) - 1;
+        let first = self.first_sample(yarn, subdivide);
+        // Zero beyond the last yarn.
+        first + (point - self.offsets[yarn]) as usize * (subdivide + 1)
+    }
+
     /// The points of a yarn.
     pub fn range(&self, yarn: usize) -> std::ops::Range<usize> {
         self.offsets[yarn] as usize..self.offsets[yarn + 1] as usize

@@ -2,7 +2,28 @@
 
 use super::Random;
 use glam::DVec3;
-use knotmesh::yarn::{CurveCheckpoint, Curves};
+use knotmesh::backend::FrameOutput;
+use knotmesh::curve::FrameCurves;
+use knotmesh::scene::Scene;
+use knotmesh::yarn::{CurveCheckpoint, CurveSource, Curves};
+
+/// All points of a yarn.
+pub fn collect(curves: &dyn CurveSource, yarn: usize) -> Vec<DVec3> {
+    let mut points = Vec::new();
+    curves
+        .visit(yarn, &mut |chunk| {
+            points.extend_from_slice(chunk);
+            Ok(())
+        })
+        .expect("the sink takes all");
+    points
+}
+
+/// The samples of all yarns of a frame.
+pub fn samples(scene: &Scene, output: &FrameOutput<f32>, subdivide: usize) -> Vec<DVec3> {
+    let curves = FrameCurves::new(scene, output, subdivide, None);
+    (0..curves.yarn_count()).flat_map(|yarn| collect(&curves, yarn)).collect()
+}
 
 /// Yarns of the given lengths and closedness, random points within 10 units.
 pub fn curves(seed: u64, shape: &[(usize, bool)], radius: Option<f64>) -> Curves {

@@ -3,6 +3,7 @@
 //! Seeded faults, each seen red: see `FAULTS`; in `gpu_skip`, samples of a mesh that turned left as they were.
 
 use crate::case::{Case, JOINT, compiled, same};
+use crate::common::curves::samples;
 use crate::common::faces::motion;
 use crate::common::gpu::adapter;
 use crate::common::grid::{Wrap, grid, placed, tube_place};
@@ -10,25 +11,10 @@ use crate::frames::{everything, tube};
 use glam::DVec3;
 use knotmesh::backend::gpu::{Adapter, GpuOptions};
 use knotmesh::backend::{Backend, FrameOutput, Wanted};
-use knotmesh::curve::FrameCurves;
 use knotmesh::knot::Settings;
 use knotmesh::mesh::StitchMesh;
-use knotmesh::scene::{Mode, Scene};
+use knotmesh::scene::Mode;
 use knotmesh::template::Coordinates;
-use knotmesh::yarn::CurveSource;
-
-fn samples(scene: &Scene, output: &FrameOutput<f32>, subdivide: usize) -> Vec<DVec3> {
-    let curves = FrameCurves::new(scene, output, subdivide, None);
-    let mut all = Vec::new();
-    for yarn in 0..curves.yarn_count() {
-        let mut sink = |points: &[DVec3]| {
-            all.extend_from_slice(points);
-            Ok(())
-        };
-        curves.visit(yarn, &mut sink).expect("the sink takes all");
-    }
-    all
-}
 
 /// How many numbers differ, of how many; control points and states among them.
 fn differ(case: &Case, adapter: &Adapter, options: &GpuOptions, subdivide: usize) -> [usize; 2] {

@@ -24,7 +24,8 @@ pub const KERNEL_COUNTERS: usize = 64;
 /// Functions whose calls are counted: they begin with a segment.
 pub const CALLS: [&str; 4] = ["run_solve", "assemble", "factorise", "solve_factors"];
 /// Files and functions that are charged to who calls them: they have no branches.
-const HELPERS: [&str; 7] = ["vector", "places", "stencil", "surface", "know_counts", "in_plane", "stepped"];
+const HELPERS: [&str; 8] =
+    ["thread", "vector", "places", "stencil", "surface", "know_counts", "in_plane", "stepped"];
 /// The shaders' files of the counters themselves.
 const OWN_FILES: [&str; 2] = ["count", "count_kernel"];
 /// The function that puts counters down when a thread of an entry point ends.

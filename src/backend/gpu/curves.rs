@@ -10,7 +10,7 @@ use crate::Result;
 use crate::backend::FrameOutput;
 use crate::backend::gpu::exchange::vectors;
 use crate::math::V3;
-use crate::scene::{Scene, Yarns};
+use crate::scene::Scene;
 use std::ops::Range;
 use wgpu::BufferUsages;
 
@@ -32,15 +32,6 @@ pub(super) struct Window {
     bytes: u64,
     buffer: wgpu::Buffer,
     back: Readback,
-}
-
-/// The sample that a control point is.
-fn sample_of(yarns: &Yarns, point: u32, subdivide: usize) -> usize {
-    let yarn = yarns.offsets.partition_point(|o| *o <= point) - 1;
-    if yarn == yarns.len() {
-        return yarns.first_sample(yarn, subdivide);
-    }
-    yarns.first_sample(yarn, subdivide) + (point - yarns.offsets[yarn]) as usize * (subdivide + 1)
 }
 
 /// Bytes of samples at most: beyond, the CPU samples curves as they are written, which takes no memory.
@@ -74,7 +65,7 @@ impl CurvesOnDevice {
         let mut windows = Vec::new();
         for begin in (0..count).step_by(room as usize) {
             let end = count.min(begin.saturating_add(room));
-            let samples = sample_of(yarns, begin, subdivide)..sample_of(yarns, end, subdivide);
+            let samples = yarns.sample_of(begin, subdivide)..yarns.sample_of(end, subdivide);
             let sizes = CurveSizes {
                 yarns: yarns.len() as u32,
                 begin,

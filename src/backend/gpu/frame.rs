@@ -142,7 +142,14 @@ impl Backend<f32> for GpuBackend {
             return Ok(());
         }
         let into = Into { knots: &[], own: true, continued: true, hidden: self.hidden };
-        self.ahead = Some(self.submit(positions, into)?);
+        match self.submit(positions, into) {
+            Ok(pending) => self.ahead = Some(pending),
+            Err(e) => {
+                // As in a frame: the positions may be taken in already.
+                self.stamp = 0;
+                return Err(e);
+            }
+        }
         Ok(())
     }
 

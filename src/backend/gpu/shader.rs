@@ -14,7 +14,8 @@ macro_rules! files {
 }
 
 /// The shaders' files, by stem.
-const FILES: [(&str, &str); 23] = files!(
+const FILES: [(&str, &str); 24] = files!(
+    "thread",
     "vector",
     "stencil",
     "settings",
@@ -67,8 +68,8 @@ pub fn stitch(variant: &Variant, size: u32) -> String {
         (false, false) => "no_trace",
     };
     for stem in [
-        "vector", "stencil", "settings", "frame", "start", table, "lift", "energy", "sums", "factor", trace,
-        "solve", "places", "load", "stitch",
+        "thread", "vector", "stencil", "settings", "frame", "start", table, "lift", "energy", "sums",
+        "factor", trace, "solve", "places", "load", "stitch",
     ] {
         text += file(stem);
     }
@@ -78,7 +79,7 @@ pub fn stitch(variant: &Variant, size: u32) -> String {
 /// The shader that chooses which stitches need work.
 pub fn select(variant: &Variant, size: u32) -> String {
     let mut text = workgroup(size) + &layout::constants(variant);
-    for stem in ["vector", "stencil", "settings", "frame", "places", "load", "select"] {
+    for stem in ["thread", "vector", "stencil", "settings", "frame", "places", "load", "select"] {
         text += file(stem);
     }
     text
@@ -91,12 +92,12 @@ pub fn arguments(size: u32) -> String {
 
 /// The shader of surfaces and seams.
 pub fn surface(size: u32) -> String {
-    workgroup(size) + file("vector") + file("places") + file("surface")
+    workgroup(size) + file("thread") + file("vector") + file("places") + file("surface")
 }
 
 /// The shader of curves.
 pub fn curve(size: u32) -> String {
-    workgroup(size) + file("vector") + file("curve")
+    workgroup(size) + file("thread") + file("vector") + file("curve")
 }
 
 /// Such a shader with counters of what threads do, which it puts into the buffer of that binding; see [`counters`].

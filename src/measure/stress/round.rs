@@ -117,6 +117,24 @@ impl<'a> Plan<'a> {
     }
 }
 
+/// What the run of several threads is made on.
+#[derive(Clone, Copy, Debug)]
+pub struct Threaded<'a> {
+    /// How many.
+    pub threads: usize,
+    /// Where it runs in f32.
+    pub device: DeviceKind,
+    /// Part of the name of the GPU adapter to take.
+    pub adapter: Option<&'a str>,
+}
+
+impl Threaded<'static> {
+    /// On the CPU.
+    pub const fn cpu(threads: usize) -> Self {
+        Self { threads, device: DeviceKind::Cpu, adapter: None }
+    }
+}
+
 /// A backend and what it last gave.
 struct Runner<T: Precision> {
     backend: DeviceBackend<T>,
@@ -124,11 +142,17 @@ struct Runner<T: Precision> {
 }
 
 impl<T: Precision> Runner<T> {
-    fn new(scene: &Arc<Scene>, settings: &Settings, running: &Running, device: DeviceKind) -> Result<Self> {
-        let (kept, cache) = (scene.clone(), table_cache::folder());
-        let (settings, running) = (*settings, *running);
-        let recipe = Recipe { scene: kept, settings, running, cache, adapter: None, timed: false };
-        let mut backend = DeviceBackend::new(recipe, device)?;
+    fn new(scene: &Arc<Scene>, settings: &Settings, on: Threaded, width: Width) -> Result<Self> {
+        let recipe = Recipe {
+            scene: scene.clone(),
+            settings: *settings,
+            // Every face is solved, whatever is known of it.
+            running: Running { threads: on.threads, width, skip: Skip::NOTHING, ..Running::default() },
+            cache: table_cache::folder(),
+            adapter: on.adapter.map(str::to_string),
+            timed: false,
+        };
+        let mut backend = DeviceBackend::new(recipe, on.device)?;
         let mut output = FrameOutput::default();
         // A first frame of one point sets the origin to 0, whatever the faces: a face alone has the same.
         backend.frame(&vec![DVec3::ZERO; scene.vertex_count], &mut output)?;
@@ -140,11 +164,6 @@ impl<T: Precision> Runner<T> {
     }
 }
 
-/// Every face is solved, whatever is known of it.
-fn running(threads: usize, width: Width) -> Running {
-    Running { threads, width, skip: Skip::NOTHING, ..Running::default() }
-}
-
 /// The backends of one precision.
 struct Side<T: Precision> {
     alone: Runner<T>,
@@ -153,14 +172,13 @@ struct Side<T: Precision> {
 }
 
 impl<T: Precision> Side<T> {
-    fn new(scene: &Arc<Scene>, settings: &Settings, threads: usize, device: DeviceKind) -> Result<Self> {
-        let on = |threads, width, device| Runner::new(scene, settings, &running(threads, width), device);
-        let runner = |threads, width| on(threads, width, DeviceKind::Cpu);
+    fn new(scene: &Arc<Scene>, settings: &Settings, threaded: Threaded) -> Result<Self> {
+        let runner = |on, width| Runner::new(scene, settings, on, width);
         // One stitch at a time on one thread, and side by side on several: the same bytes.
         Ok(Self {
-            alone: runner(1, Width::One)?,
-            threaded: on(threads, Width::Auto, device)?,
-            spared: runner(1, Width::Eight)?,
+            alone: runner(Threaded::cpu(1), Width::One)?,
+            threaded: runner(threaded, Width::Auto)?,
+            spared: runner(Threaded::cpu(1), Width::Eight)?,
         })
     }
 
@@ -224,11 +242,11 @@ pub struct Round<'a> {
 }
 
 impl<'a> Round<'a> {
-    /// Compiles the round's mesh; `slots` picks its faces, `threads` are N, and where they run in f32.
+    /// Compiles the round's mesh; `slots` picks its faces.
     ///
     /// # Errors
     /// None for the embedded library.
-    pub fn new(plan: Plan<'a>, slots: Range<u64>, (threads, device): (usize, DeviceKind)) -> Result<Self> {
+    pub fn new(plan: Plan<'a>, slots: Range<u64>, threaded: Threaded) -> Result<Self> {
         let mesh = mesh(&plan, slots.clone());
         let options = SceneOptions { gauge: Some(plan.gauge), ..SceneOptions::default() };
         let scene = Arc::new(Scene::compile(&mesh, plan.library, options)?);
@@ -248,9 +266,9 @@ impl<'a> Round<'a> {
         let judge =
             Settings { iterations: 0, start: Start::Previous, solver: Solver::Safeguarded, ..*settings };
         Ok(Self {
-            single: Side::new(&scene, settings, threads, device)?,
-            double: Side::new(&scene, settings, threads, DeviceKind::Cpu)?,
-            judge: Runner::new(&scene, &judge, &running(1, Width::One), DeviceKind::Cpu)?,
+            single: Side::new(&scene, settings, threaded)?,
+            double: Side::new(&scene, settings, Threaded::cpu(threaded.threads))?,
+            judge: Runner::new(&scene, &judge, Threaded::cpu(1), Width::One)?,
             energies: [Vec::new(), Vec::new()],
             kinds: Vec::new(),
             positions: Vec::new(),
