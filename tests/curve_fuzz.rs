@@ -4,31 +4,12 @@
 mod common;
 
 use common::curves::{annotated, curves};
+use common::memory::{LARGEST, Watching};
 use common::{Random, data};
 use knotmesh::io::curves::{CurveReader, WriteOptions, open_frame_writer, write_curves};
 use npyz::WriterBuilder;
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// The largest single allocation so far: a count that was believed shows up here.
-static LARGEST: AtomicUsize = AtomicUsize::new(0);
-
-struct Watching;
-
-#[allow(unsafe_code)]
-// SAFETY: every call goes to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Watching {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use std::sync::atomic::Ordering;
 
 #[global_allocator]
 static ALLOCATOR: Watching = Watching;

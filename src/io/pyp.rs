@@ -215,11 +215,12 @@ fn read_blocks(path: &Path, bytes: &[u8]) -> Result<[Block; 5]> {
             }
         }
     }
-    if let Some(missing) = blocks.iter().position(Option::is_none) {
-        let expected = format_args!("a block '{}'", BLOCKS[missing].0).to_string();
+    let missing = blocks.iter().position(Option::is_none).unwrap_or(0);
+    let [Some(pattern), Some(places), Some(edges), Some(lengths), Some(directors)] = blocks else {
+        let expected = format!("a block '{}'", BLOCKS[missing].0);
         return Err(Error::input(path, lines.number().max(1), 1, "the end of the file", expected));
-    }
-    Ok(blocks.map(|block| block.unwrap_or_else(|| unreachable!("none is missing"))))
+    };
+    Ok([pattern, places, edges, lengths, directors])
 }
 
 fn read_edges(path: &Path, block: &Block, n: usize) -> Result<Vec<PatternEdge>> {

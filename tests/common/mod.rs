@@ -2,10 +2,12 @@
 #![allow(dead_code)]
 
 pub mod curves;
+pub mod database;
 pub mod faces;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod grid;
+pub mod memory;
 pub mod npy;
 pub mod run;
 
