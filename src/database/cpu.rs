@@ -1,10 +1,10 @@
 //! The CPU backend of the precomputed method: lanes for the strains, threads for the rest.
 
-use super::fabric::{Fabric, Home};
+use super::fabric::{Fabric, Homes};
 use super::forms::{FaceFrame, Forms};
 use super::lookup::Lookup;
-use super::shell::{FaceMap, Place, displaced, lifted, strain};
-use super::strain::{Axes, Cell};
+use super::shell::{FaceMap, Place, followed, lifted, shifted, strain};
+use super::strain::Axes;
 use super::{Compat, skip};
 use crate::Result;
 use crate::backend::{Scatter, middle};
@@ -16,10 +16,11 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 pub use super::skip::{SkipYarn, SkippedYarn};
 
-/// Points worked on as one.
-const BLOCK: usize = 64;
+/// Points worked on as one, and room for lanes beyond them.
+const BLOCK: usize = 128;
+const ROOM: usize = BLOCK + 16;
 /// Points that one task works on.
-const CHUNK: usize = 64 * BLOCK;
+const CHUNK: usize = 32 * BLOCK;
 
 /// Numbers for backends and their frames, never the same twice.
 static STAMPS: AtomicU64 = AtomicU64::new(1);
@@ -87,8 +88,8 @@ pub struct Cpu<T: Scalar> {
     visible: Option<Vec<bool>>,
     /// `[home]` where it lies on the mesh, displaced.
     pub(super) places: Vec<Place<T>>,
-    /// A bit for each home: its strain lies outside the table.
-    outside: Vec<u64>,
+    /// `[home]` whether its strain lies outside the table.
+    outside: Vec<bool>,
     pool: rayon::ThreadPool,
     running: RunningYarn,
     tolerance: skip::Tolerance<T>,
@@ -152,7 +153,7 @@ impl<T: Scalar> Cpu<T> {
             changes: vec![skip::ALL; fabric.face_count()],
             visible: None,
             places: vec![Place::default(); fabric.point_count()],
-            outside: vec![0; fabric.point_count().div_ceil(BLOCK)],
+            outside: vec![false; fabric.point_count()],
             tolerance: skip::Tolerance::new(&fabric, &running.skip),
             pool,
             running,
@@ -240,7 +241,7 @@ impl<T: Scalar> Cpu<T> {
         let width = self.running.width;
         let (places, outside) = (&mut self.places, &mut self.outside);
         self.pool.install(|| {
-            places.par_chunks_mut(CHUNK).zip(outside.par_chunks_mut(CHUNK / BLOCK)).enumerate().for_each(
+            places.par_chunks_mut(CHUNK).zip(outside.par_chunks_mut(CHUNK)).enumerate().for_each(
                 |(chunk, (places, outside))| {
                     T::widen(width, Chunk { shared: &shared, begin: chunk * CHUNK, places, outside });
                 },
@@ -255,39 +256,36 @@ impl<T: Scalar> Cpu<T> {
         Ok(())
     }
 
-    /// What became of points in the last frame, stage by stage; `[home]`, in the order in which they are worked on.
+    /// What became of points in the last frame, stage by stage, in the order in which they are worked on; each with the
+    /// number of its point.
     pub fn trace(&self) -> Vec<(u32, Trace<T>)> {
-        let shared = |home: &Home| {
-            let row = &self.rows[home.row as usize];
-            let frame = &self.frames[home.face as usize];
-            let barycentric = home.barycentric.map(|b| T::of(b.into()));
-            let [uu, uv, vv, _] = strain(frame, barycentric, row.height);
-            let clamped = self.axes.clamp([uu, uv, vv]);
+        let homes = &self.fabric.homes;
+        let trace = |face: u32, home: usize| {
+            let row = &self.rows[homes.rows[home] as usize];
+            let frame = &self.frames[face as usize];
+            let rounded = [homes.barycentric[0][home], homes.barycentric[1][home]];
+            let [b, c] = rounded.map(|b| T::of(b.into()));
+            let strain = strain(frame, b, c, row.height);
+            let clamped = self.axes.clamp(strain);
             let strains = self.axes.strains(clamped);
             let (cell, _) = self.axes.find(strains);
             let displacement =
                 self.lookup.at(row.vertex as usize, cell.node.to_f64() as usize, cell.fraction);
-            let at = Place { face: home.face, barycentric, height: row.height };
             let [u, v, h, _] = displacement;
-            let place = displaced(&self.maps, at, [u, v, h]);
-            let home_at = (home.barycentric, row.height);
-            Trace {
-                face: home.face,
-                home: home_at,
-                strain: [uu, uv, vv],
-                clamped,
-                strains,
-                displacement,
-                place,
-            }
+            let all = shifted(&self.maps[face as usize].inverse, b, c, u, v);
+            let (at, all) = followed(&self.maps, face, all);
+            let place = Place { face: at, barycentric: [all[1], all[2]], height: row.height + h };
+            let home = (rounded, row.height);
+            Trace { face, home, strain, clamped, strains, displacement, place }
         };
-        self.fabric.homes.iter().map(|home| (home.point, shared(home))).collect()
+        let all = homes.runs(0..homes.points.len());
+        all.flat_map(|(face, range)| range.map(move |home| (homes.points[home], trace(face, home)))).collect()
     }
 }
 
 /// What all chunks share.
 struct Shared<'a, T> {
-    homes: &'a [Home],
+    homes: &'a Homes,
     axes: &'a Axes<T>,
     lookup: &'a Lookup<T>,
     rows: &'a [Row<T>],
@@ -306,23 +304,181 @@ struct Chunk<'a, 'b, T> {
     shared: &'b Shared<'a, T>,
     begin: usize,
     places: &'b mut [Place<T>],
-    outside: &'b mut [u64],
+    outside: &'b mut [bool],
+}
+
+/// A few points on their way, number beside number.
+struct Block<T> {
+    /// Faces, and which points of the block lie in them.
+    pieces: [(u32, u8, u8); BLOCK],
+    piece_count: usize,
+    len: usize,
+    /// First home.
+    begin: usize,
+    barycentric: [[T; ROOM]; 2],
+    height: [T; ROOM],
+    /// Strains, then fractions of cells.
+    strain: [[T; ROOM]; 3],
+    node: [T; ROOM],
+    /// Along u, v, height and twist.
+    displacement: [[T; ROOM]; 4],
 }
 
 impl<T: Scalar> Wide<T> for Chunk<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run<R: Real<Scalar = T>>(self) {
-        let Self { shared, begin, places, outside } = self;
+    fn run<R: Real<Scalar = T>>(mut self) {
+        let shared = self.shared;
         let mut counts = [0usize; 4];
-        for (block, (places, outside)) in places.chunks_mut(BLOCK).zip(outside).enumerate() {
-            let homes = &shared.homes[begin + block * BLOCK..][..places.len()];
-            shared.block::<R>(homes, places, outside, &mut counts);
-            counts[3] += outside.count_ones() as usize;
+        let zero = [T::zero(); ROOM];
+        let mut block = Block {
+            pieces: [(0, 0, 0); BLOCK],
+            piece_count: 0,
+            len: 0,
+            begin: 0,
+            barycentric: [zero; 2],
+            height: zero,
+            strain: [zero; 3],
+            node: zero,
+            displacement: [zero; 4],
+        };
+        let range = self.begin..self.begin + self.places.len();
+        for (face, homes) in shared.homes.runs(range) {
+            if let Some(changes) = shared.changes {
+                let change = changes[face as usize];
+                if change & skip::HIDDEN != 0 {
+                    counts[2] += homes.len();
+                    continue;
+                }
+                if change & skip::STRAIN == 0 {
+                    self.carry(homes, change, changes, &mut counts);
+                    continue;
+                }
+            }
+            let mut left = homes;
+            while !left.is_empty() {
+                // Homes of a block follow each other.
+                if block.len == BLOCK || block.begin + block.len != left.start {
+                    self.displace::<R>(&mut block);
+                    (block.begin, block.len, block.piece_count) = (left.start, 0, 0);
+                }
+                let count = left.len().min(BLOCK - block.len);
+                block.pieces[block.piece_count] = (face, block.len as u8, count as u8);
+                block.piece_count += 1;
+                block.len += count;
+                left.start += count;
+            }
         }
+        self.displace::<R>(&mut block);
+        counts[3] = self.outside.iter().filter(|o| **o).count();
         for (count, all) in counts.iter().zip(shared.counts) {
             all.fetch_add(*count, Ordering::Relaxed);
+        }
+    }
+}
+
+impl<T: Scalar> Chunk<'_, '_, T> {
+    /// Lifts points again whose strain is known, where their surface moved.
+    #[inline(always)]
+    fn carry(&self, homes: std::ops::Range<usize>, change: u8, changes: &[u8], counts: &mut [usize; 4]) {
+        let shared = self.shared;
+        for home in homes {
+            let place = &self.places[home - self.begin];
+            if (change | changes[place.face as usize]) & skip::FRAME == 0 {
+                counts[0] += 1;
+                continue;
+            }
+            counts[1] += 1;
+            let [b, c] = place.barycentric;
+            shared.put(home, lifted(&shared.frames[place.face as usize], b, c, place.height), None);
+        }
+    }
+
+    #[inline(always)]
+    fn displace<R: Real<Scalar = T>>(&mut self, block: &mut Block<T>) {
+        let (shared, n, begin) = (self.shared, block.len, block.begin);
+        let homes = shared.homes;
+        for i in 0..n {
+            block.height[i] = shared.rows[homes.rows[begin + i] as usize].height;
+        }
+        for (all, given) in block.barycentric.iter_mut().zip(&homes.barycentric) {
+            for (b, given) in all.iter_mut().zip(&given[begin..begin + n]) {
+                *b = T::of((*given).into());
+            }
+        }
+        for &(face, first, count) in &block.pieces[..block.piece_count] {
+            let frame = &shared.frames[face as usize];
+            let (first, count) = (usize::from(first), usize::from(count));
+            for at in (first..first + count).step_by(R::LANES) {
+                let [b, c] = block.barycentric.each_ref().map(|b| R::load(&b[at..]));
+                let strain = strain(frame, b, c, R::load(&block.height[at..]));
+                for k in 0..3 {
+                    strain[k].store(&mut block.strain[k][at..]);
+                }
+            }
+        }
+        for at in (0..n).step_by(R::LANES) {
+            let strain = block.strain.each_ref().map(|s| R::load(&s[at..]));
+            let (cell, out) = shared.axes.find(shared.axes.strains(shared.axes.clamp(strain)));
+            cell.node.store(&mut block.node[at..]);
+            for k in 0..3 {
+                cell.fraction[k].store(&mut block.strain[k][at..]);
+            }
+            let outside = &mut self.outside[begin - self.begin + at..];
+            let any = R::any(out);
+            for (lane, outside) in outside.iter_mut().take(R::LANES.min(n - at)).enumerate() {
+                *outside = any && R::mask_lane(out, lane);
+            }
+        }
+        for i in 0..n {
+            let row = &shared.rows[homes.rows[begin + i] as usize];
+            let fraction = [0, 1, 2].map(|k| block.strain[k][i]);
+            let by = shared.lookup.at(row.vertex as usize, block.node[i].to_f64() as usize, fraction);
+            for k in 0..4 {
+                block.displacement[k][i] = by[k];
+            }
+            block.displacement[3][i] += row.twist;
+        }
+        for piece in 0..block.piece_count {
+            self.place::<R>(block, piece);
+        }
+    }
+
+    /// Puts the points of a face where they are displaced to.
+    #[inline(always)]
+    fn place<R: Real<Scalar = T>>(&mut self, block: &Block<T>, piece: usize) {
+        let shared = self.shared;
+        let (face, first, count) = block.pieces[piece];
+        let (first, end) = (usize::from(first), usize::from(first) + usize::from(count));
+        let (map, frame) = (&shared.maps[face as usize], &shared.frames[face as usize]);
+        for at in (first..end).step_by(R::LANES) {
+            let [b, c] = block.barycentric.each_ref().map(|b| R::load(&b[at..]));
+            let [u, v, h] = [0, 1, 2].map(|k| R::load(&block.displacement[k][at..]));
+            let all = shifted(&map.inverse, b, c, u, v);
+            let height = R::load(&block.height[at..]) + h;
+            let point = lifted(frame, all[1], all[2], height);
+            let zero = R::zero();
+            let left = R::or(R::or(all[0].lt(zero), all[1].lt(zero)), all[2].lt(zero));
+            let any = R::any(left);
+            for lane in 0..R::LANES.min(end - at) {
+                let home = block.begin + at + lane;
+                let mut point = point.lane(lane);
+                let mut place = Place {
+                    face,
+                    barycentric: [all[1].lane(lane), all[2].lane(lane)],
+                    height: height.lane(lane),
+                };
+                if any && R::mask_lane(left, lane) {
+                    let (there, all) = followed(shared.maps, face, all.map(|b| b.lane(lane)));
+                    if there != face {
+                        (place.face, place.barycentric) = (there, [all[1], all[2]]);
+                        point = lifted(&shared.frames[there as usize], all[1], all[2], place.height);
+                    }
+                }
+                self.places[home - self.begin] = place;
+                shared.put(home, point, Some(block.displacement[3][at + lane]));
+            }
         }
     }
 }
@@ -331,101 +487,14 @@ impl<T: Scalar> Shared<'_, T> {
     /// Puts a point where its yarn has it.
     #[inline(always)]
     #[allow(unsafe_code)]
-    fn put(&self, home: &Home, point: V3<T>, twist: Option<T>) {
+    fn put(&self, home: usize, point: V3<T>, twist: Option<T>) {
+        let at = self.homes.points[home] as usize;
         // SAFETY: each point has one home, and each home one chunk.
         unsafe {
-            self.points.write(home.point as usize, point);
+            self.points.write(at, point);
             if let Some(twist) = twist {
-                self.twists.write(home.point as usize, twist);
+                self.twists.write(at, twist);
             }
-        }
-    }
-
-    #[inline(always)]
-    fn block<R: Real<Scalar = T>>(
-        &self,
-        homes: &[Home],
-        places: &mut [Place<T>],
-        outside: &mut u64,
-        counts: &mut [usize; 4],
-    ) {
-        // Points to displace, and points that only follow their face.
-        let (mut moved, mut carried) = ([0u8; BLOCK], [0u8; BLOCK]);
-        let (mut moves, mut carries) = (0, 0);
-        match self.changes {
-            None => {
-                for (i, slot) in moved.iter_mut().enumerate() {
-                    *slot = i as u8;
-                }
-                moves = homes.len();
-            }
-            Some(changes) => {
-                for (i, home) in homes.iter().enumerate() {
-                    let (there, here) = (changes[home.face as usize], changes[places[i].face as usize]);
-                    if there & skip::HIDDEN != 0 {
-                        counts[2] += 1;
-                    } else if there & skip::STRAIN != 0 {
-                        moved[moves] = i as u8;
-                        moves += 1;
-                    } else if (there | here) & skip::FRAME != 0 {
-                        carried[carries] = i as u8;
-                        carries += 1;
-                        counts[1] += 1;
-                    } else {
-                        counts[0] += 1;
-                    }
-                }
-            }
-        }
-        self.displace::<R>(homes, places, &moved[..moves], outside);
-        for i in &carried[..carries] {
-            let (home, place) = (&homes[*i as usize], &places[*i as usize]);
-            let point = lifted(&self.frames[place.face as usize], place);
-            self.put(home, point, None);
-        }
-    }
-
-    #[inline(always)]
-    fn displace<R: Real<Scalar = T>>(
-        &self,
-        homes: &[Home],
-        places: &mut [Place<T>],
-        moved: &[u8],
-        outside: &mut u64,
-    ) {
-        let mut strains = [[R::default(); BLOCK]; 3];
-        for (at, i) in moved.iter().enumerate() {
-            let home = &homes[*i as usize];
-            let height = self.rows[home.row as usize].height;
-            let barycentric = home.barycentric.map(|b| T::of(b.into()));
-            let c = strain(&self.frames[home.face as usize], barycentric, height);
-            for k in 0..3 {
-                strains[k][at / R::LANES].set_lane(at % R::LANES, c[k]);
-            }
-        }
-        let mut cells = [Cell::<R>::default(); BLOCK];
-        for group in 0..moved.len().div_ceil(R::LANES) {
-            let clamped = self.axes.clamp([strains[0][group], strains[1][group], strains[2][group]]);
-            let (cell, out) = self.axes.find(self.axes.strains(clamped));
-            cells[group] = cell;
-            for lane in 0..R::LANES.min(moved.len() - group * R::LANES) {
-                let bit = 1 << moved[group * R::LANES + lane];
-                *outside = if R::mask_lane(out, lane) { *outside | bit } else { *outside & !bit };
-            }
-        }
-        for (at, i) in moved.iter().enumerate() {
-            let home = &homes[*i as usize];
-            let row = &self.rows[home.row as usize];
-            let (cell, lane) = (&cells[at / R::LANES], at % R::LANES);
-            let fraction = [0, 1, 2].map(|k| cell.fraction[k].lane(lane));
-            let node = cell.node.lane(lane).to_f64() as usize;
-            let [u, v, h, twist] = self.lookup.at(row.vertex as usize, node, fraction);
-            let barycentric = home.barycentric.map(|b| T::of(b.into()));
-            let at = Place { face: home.face, barycentric, height: row.height };
-            let place = displaced(self.maps, at, [u, v, h]);
-            places[*i as usize] = place;
-            let point = lifted(&self.frames[place.face as usize], &place);
-            self.put(home, point, Some(row.twist + twist));
         }
     }
 }

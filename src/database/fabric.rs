@@ -10,9 +10,6 @@ use crate::pattern::YarnModel;
 use glam::{DVec3, IVec2};
 use std::collections::HashMap;
 
-/// Periods along u and v that are worked on together: their faces and their part of the table stay near the processor.
-const BLOCK: i32 = 8;
-
 /// A pattern laid over a mesh.
 #[derive(Clone, Debug)]
 pub struct Fabric {
@@ -34,22 +31,32 @@ pub struct Fabric {
     pub(super) nodes: Nodes,
     /// `[row]` the pattern's vertex, its height and its twist at rest.
     pub(super) rows: Vec<(u32, f64, f64)>,
-    /// In the order in which they are worked on.
-    pub(super) homes: Vec<Home>,
+    pub(super) homes: Homes,
 }
 
-/// Where a point belongs.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C)]
-pub struct Home {
-    /// The face it lies in at rest.
-    pub face: u32,
-    /// Which row of the pattern it is.
-    pub row: u32,
-    /// Its number among the yarns' points.
-    pub point: u32,
-    /// Barycentric coordinates of the face's corners 1 and 2; the same in every precision.
-    pub barycentric: [f32; 2],
+/// Where points belong, face after face: in the order in which they are worked on.
+#[derive(Clone, Debug, Default)]
+pub struct Homes {
+    /// Faces that points lie in at rest, and the first point of each; at the end no face and the number of points.
+    pub runs: Vec<(u32, u32)>,
+    /// `[home]` which row of the pattern it is.
+    pub rows: Vec<u32>,
+    /// `[home]` its number among the yarns' points.
+    pub points: Vec<u32>,
+    /// `[home]` barycentric coordinates of the face's corners 1 and 2; the same in every precision.
+    pub barycentric: [Vec<f32>; 2],
+}
+
+impl Homes {
+    /// Faces and homes, as far as they lie within a range of homes.
+    pub fn runs(&self, range: std::ops::Range<usize>) -> impl Iterator<Item = (u32, std::ops::Range<usize>)> {
+        let first = self.runs.partition_point(|(_, begin)| *begin as usize <= range.start).max(1) - 1;
+        self.runs[first..].windows(2).take_while(move |pair| (pair[0].1 as usize) < range.end).map(
+            move |pair| {
+                (pair[0].0, (pair[0].1 as usize).max(range.start)..(pair[1].1 as usize).min(range.end))
+            },
+        )
+    }
 }
 
 impl Fabric {
@@ -62,10 +69,16 @@ impl Fabric {
         settings.check()?;
         mesh.check()?;
         let links = model.pattern.links()?;
-        let surface = Surface::new(mesh);
+        let compat = settings.compat == Compat::Madypg;
+        let surface = if compat {
+            // Single precision is all that MADYPG reads.
+            let uvs = mesh.uvs.iter().map(|uv| uv.as_vec2().as_dvec2()).collect();
+            Surface::new(&MaterialMesh { uvs, ..mesh.clone() })
+        } else {
+            Surface::new(mesh)
+        };
         let nodes = Nodes::new(&surface, settings.weights, settings.compat);
         let pattern = &model.pattern;
-        let compat = settings.compat == Compat::Madypg;
         let laid = if compat {
             madypg::lay(&surface, pattern, &links)?
         } else {
@@ -94,7 +107,7 @@ impl Fabric {
 
     /// Number of the yarns' points.
     pub fn point_count(&self) -> usize {
-        self.homes.len()
+        self.homes.points.len()
     }
 
     /// Number of yarns.
@@ -114,18 +127,20 @@ impl Fabric {
 
     /// `[point]` the pattern's vertex.
     pub fn point_vertices(&self) -> Vec<u32> {
-        self.by_point(|home| self.rows[home.row as usize].0)
+        let mut all = vec![0; self.point_count()];
+        for (row, point) in self.homes.rows.iter().zip(&self.homes.points) {
+            all[*point as usize] = self.rows[*row as usize].0;
+        }
+        all
     }
 
     /// `[point]` the face that it lies in at rest.
     pub fn point_faces(&self) -> Vec<u32> {
-        self.by_point(|home| home.face)
-    }
-
-    fn by_point(&self, value: impl Fn(&Home) -> u32) -> Vec<u32> {
-        let mut all = vec![0; self.homes.len()];
-        for home in &self.homes {
-            all[home.point as usize] = value(home);
+        let mut all = vec![0; self.point_count()];
+        for (face, homes) in self.homes.runs(0..self.point_count()) {
+            for point in &self.homes.points[homes] {
+                all[*point as usize] = face;
+            }
         }
         all
     }
@@ -162,7 +177,7 @@ impl Fabric {
 }
 
 /// Sorts the points that yarns have into the order in which they are worked on, and numbers the periods.
-fn order(laid: &tiling::Laid, strands: &Strands, surface: &Surface) -> (Vec<Home>, Vec<IVec2>, Vec<u32>) {
+fn order(laid: &tiling::Laid, strands: &Strands, surface: &Surface) -> (Homes, Vec<IVec2>, Vec<u32>) {
     let mut tiles = Vec::new();
     let mut numbers = HashMap::new();
     let mut point_tiles = Vec::with_capacity(strands.instances.len());
@@ -173,21 +188,47 @@ fn order(laid: &tiling::Laid, strands: &Strands, surface: &Surface) -> (Vec<Home
             tiles.len() as u32 - 1
         }));
     }
+    let ranks = along_curve(surface);
+    let instance = |point: u32| &laid.instances[strands.instances[point as usize] as usize];
     let mut points: Vec<u32> = (0..strands.instances.len() as u32).collect();
     points.sort_by_cached_key(|point| {
-        let instance = &laid.instances[strands.instances[*point as usize] as usize];
-        let cell = instance.cell;
-        let block = (cell.y.div_euclid(BLOCK), cell.x.div_euclid(BLOCK));
-        (surface.charts[instance.face as usize], block, instance.row, cell.y, cell.x)
+        let instance = instance(*point);
+        (ranks[instance.face as usize], instance.row, instance.cell.y, instance.cell.x)
     });
-    let home = |point: u32| {
-        let instance = &laid.instances[strands.instances[point as usize] as usize];
-        Home {
-            face: instance.face,
-            row: instance.row,
-            point,
-            barycentric: instance.barycentric.map(|b| b as f32),
+    let mut homes = Homes::default();
+    for (home, point) in points.iter().enumerate() {
+        let instance = instance(*point);
+        if homes.runs.last().is_none_or(|(face, _)| *face != instance.face) {
+            homes.runs.push((instance.face, home as u32));
         }
+        homes.rows.push(instance.row);
+        for (all, b) in homes.barycentric.iter_mut().zip(instance.barycentric) {
+            all.push(b as f32);
+        }
+    }
+    homes.runs.push((super::surface::NONE, points.len() as u32));
+    homes.points = points;
+    (homes, tiles, point_tiles)
+}
+
+/// `[face]` its rank along a curve that stays near itself (Morton's), so that what neighbours share stays near the processor.
+fn along_curve(surface: &Surface) -> Vec<u32> {
+    let middles: Vec<glam::DVec2> = surface.corners.iter().map(|c| (c[0] + c[1] + c[2]) / 3.0).collect();
+    let least = middles.iter().copied().reduce(glam::DVec2::min).unwrap_or_default();
+    let most = middles.iter().copied().reduce(glam::DVec2::max).unwrap_or_default();
+    let extent = (most - least).max_element().max(f64::MIN_POSITIVE);
+    let spread = |x: f64| {
+        let x = (x / extent * 65535.0) as u32;
+        (0..16).map(|bit| (x >> bit & 1) << (2 * bit)).sum::<u32>()
     };
-    (points.into_iter().map(home).collect(), tiles, point_tiles)
+    let mut faces: Vec<u32> = (0..surface.face_count() as u32).collect();
+    faces.sort_by_cached_key(|face| {
+        let place = middles[*face as usize] - least;
+        (surface.charts[*face as usize], spread(place.x) | spread(place.y) << 1)
+    });
+    let mut ranks = vec![0; faces.len()];
+    for (rank, face) in faces.iter().enumerate() {
+        ranks[*face as usize] = rank as u32;
+    }
+    ranks
 }

@@ -103,8 +103,11 @@ impl<T: Scalar> Forms<T> {
     pub fn update(&mut self, positions: &[DVec3], origin: DVec3) {
         let Self { settings, faces, inverses, beyond, nodes, strain, normal, places, .. } = self;
         let (face_forms, node_forms) = (&mut self.face_forms, &mut self.node_forms);
+        // Single precision is all that MADYPG reads.
+        let rounded = settings.compat == Compat::Madypg;
         places.par_iter_mut().zip(positions).with_min_len(CHUNK).for_each(|(place, p)| {
-            let near = (*p - origin).clamp(DVec3::splat(-FARTHEST), DVec3::splat(FARTHEST));
+            let p = if rounded { p.as_vec3().as_dvec3() } else { *p };
+            let near = (p - origin).clamp(DVec3::splat(-FARTHEST), DVec3::splat(FARTHEST));
             // A place that is no number stands for the origin.
             *place = V3::of(if near.is_nan() { DVec3::ZERO } else { near });
         });
@@ -227,7 +230,7 @@ fn by_hinges<T: Scalar>(
     places: &[V3<T>],
 ) -> [T; 3] {
     let corners = faces[face].map(|v| places[v as usize].to_f64());
-    let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+    let twice_area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
     let normal = normals[face].to_f64();
     let gradient = form.gradient.map(|g| g.to_f64());
     let mut second = [0.0; 3];
@@ -242,7 +245,7 @@ fn by_hinges<T: Scalar>(
         let angle = -(edge / length).dot(normal.cross(theirs)).atan2(normal.dot(theirs));
         let across = edge.cross(normal);
         let [s, t] = gradient.map(|g| g.dot(across));
-        let share = angle * 0.5 / (area * length);
+        let share = angle / (twice_area * length);
         if share.is_finite() {
             second[0] += share * s * s;
             second[1] += share * s * t;

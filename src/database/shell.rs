@@ -2,7 +2,7 @@
 
 use super::forms::FaceFrame;
 use super::surface::{NONE, Surface};
-use crate::math::{Scalar, V3};
+use crate::math::{Real, Scalar, V3};
 
 /// Faces that a displacement crosses at most; beyond, the last one is extrapolated.
 const MOST_CROSSED: usize = 8;
@@ -61,14 +61,19 @@ impl<T: Scalar> FaceMap<T> {
     }
 }
 
-/// Moves a place by (u, v, height), across edges where it leaves its face.
+/// Barycentric coordinates of a face's three corners, after a place in it was moved along u and v.
 #[inline(always)]
-pub fn displaced<T: Scalar>(maps: &[FaceMap<T>], mut place: Place<T>, by: [T; 3]) -> Place<T> {
-    let mut map = &maps[place.face as usize];
-    let b = place.barycentric[0] + (map.inverse[0] * by[0] + map.inverse[1] * by[1]);
-    let c = place.barycentric[1] + (map.inverse[2] * by[0] + map.inverse[3] * by[1]);
-    let mut all = [T::one() - b - c, b, c];
+pub fn shifted<R: Real>(inverse: &[R::Scalar; 4], b: R, c: R, u: R, v: R) -> [R; 3] {
+    let row = |i: usize| R::splat(inverse[i]) * u + R::splat(inverse[i + 1]) * v;
+    let (b, c) = (b + row(0), c + row(2));
+    [R::one() - b - c, b, c]
+}
+
+/// Follows barycentric coordinates that leave their face to the face they lie in.
+#[inline(always)]
+pub fn followed<T: Scalar>(maps: &[FaceMap<T>], mut face: u32, mut all: [T; 3]) -> (u32, [T; 3]) {
     for _ in 0..MOST_CROSSED {
+        let map = &maps[face as usize];
         // The corner whose edge it is farthest beyond, of those with a face across.
         let (mut opposite, mut least) = (3, T::zero());
         for k in 0..3 {
@@ -85,39 +90,40 @@ pub fn displaced<T: Scalar>(maps: &[FaceMap<T>], mut place: Place<T>, by: [T; 3]
         for k in 0..3 {
             there[(step.corners >> (2 * k) & 3) as usize] = own[k] + least * step.opposite[k];
         }
-        all = there;
-        place.face = step.face;
-        map = &maps[place.face as usize];
+        (face, all) = (step.face, there);
     }
-    Place { barycentric: [all[1], all[2]], height: place.height + by[2], ..place }
+    (face, all)
 }
 
 /// A place in space, relative to the origin: on the face, bent by Phong deformation (James 2020), and lifted along the
 /// normal.
 #[inline(always)]
-pub fn lifted<T: Scalar>(frame: &FaceFrame<T>, place: &Place<T>) -> V3<T> {
-    let [b, c] = place.barycentric;
-    let a = T::one() - b - c;
+pub fn lifted<R: Real>(frame: &FaceFrame<R::Scalar>, b: R, c: R, height: R) -> V3<R> {
+    let a = R::one() - b - c;
     let pairs = [a * b, b * c, c * a];
-    let (mut point, mut normal) = ([T::zero(); 4], [T::zero(); 4]);
-    for i in 0..4 {
-        normal[i] = frame.normal[0][i] + frame.normal[1][i] * b + frame.normal[2][i] * c;
-        point[i] = (frame.place[0][i] + frame.place[1][i] * b + frame.place[2][i] * c)
-            + (frame.phong[0][i] * pairs[0] + frame.phong[1][i] * pairs[1] + frame.phong[2][i] * pairs[2]);
+    let (mut point, mut normal) = ([R::zero(); 3], [R::zero(); 3]);
+    for i in 0..3 {
+        let at = |rows: &[[R::Scalar; 4]; 3], k: usize| R::splat(rows[k][i]);
+        normal[i] = at(&frame.normal, 0) + at(&frame.normal, 1) * b + at(&frame.normal, 2) * c;
+        point[i] = (at(&frame.place, 0) + at(&frame.place, 1) * b + at(&frame.place, 2) * c)
+            + (at(&frame.phong, 0) * pairs[0]
+                + at(&frame.phong, 1) * pairs[1]
+                + at(&frame.phong, 2) * pairs[2]);
     }
     let squared = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
-    let usable = T::zero() < squared && squared.finite();
-    let scale = place.height / T::select(usable, squared, T::one()).sqrt();
+    let usable = R::and(R::zero().lt(squared), squared.finite());
+    let scale = height / R::select(usable, squared, R::one()).sqrt();
     V3::new(point[0] + normal[0] * scale, point[1] + normal[1] * scale, point[2] + normal[2] * scale)
 }
 
 /// `C = I - 2 h II` at barycentric coordinates and a height (eq. 7): uu, uv, vv.
 #[inline(always)]
-pub fn strain<T: Scalar>(frame: &FaceFrame<T>, [b, c]: [T; 2], height: T) -> [T; 4] {
-    let mut strain = [T::zero(); 4];
-    for i in 0..4 {
-        let first = frame.first[0][i] + frame.first[1][i] * b + frame.first[2][i] * c;
-        let second = frame.second[0][i] + frame.second[1][i] * b + frame.second[2][i] * c;
+pub fn strain<R: Real>(frame: &FaceFrame<R::Scalar>, b: R, c: R, height: R) -> [R; 3] {
+    let mut strain = [R::zero(); 3];
+    for i in 0..3 {
+        let at = |rows: &[[R::Scalar; 4]; 3], k: usize| R::splat(rows[k][i]);
+        let first = at(&frame.first, 0) + at(&frame.first, 1) * b + at(&frame.first, 2) * c;
+        let second = at(&frame.second, 0) + at(&frame.second, 1) * b + at(&frame.second, 2) * c;
         strain[i] = first - second * height;
     }
     strain

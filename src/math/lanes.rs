@@ -222,6 +222,16 @@ impl<S: Instructions> Real for Lanes<S> {
         self.as_mut_slice()[lane] = value;
     }
     #[inline(always)]
+    fn load(from: &[f32]) -> Self {
+        let mut out = Self::default();
+        out.as_mut_slice().copy_from_slice(&from[..S::F32_LANES]);
+        out
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f32]) {
+        to[..S::F32_LANES].copy_from_slice(self.as_slice());
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         Self(S::token().sqrt_f32s(self.0))
     }

@@ -45,6 +45,24 @@ pub trait Real:
     fn lane(&self, lane: usize) -> Self::Scalar;
     /// Puts a number into a lane.
     fn set_lane(&mut self, lane: usize, value: Self::Scalar);
+    /// The first numbers of a slice, side by side.
+    #[inline(always)]
+    fn load(from: &[Self::Scalar]) -> Self {
+        let mut out = Self::default();
+        let from = &from[..Self::LANES];
+        for (lane, value) in from.iter().enumerate() {
+            out.set_lane(lane, *value);
+        }
+        out
+    }
+    /// Puts them into the first places of a slice.
+    #[inline(always)]
+    fn store(self, to: &mut [Self::Scalar]) {
+        let to = &mut to[..Self::LANES];
+        for (lane, value) in to.iter_mut().enumerate() {
+            *value = self.lane(lane);
+        }
+    }
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
