@@ -18,7 +18,9 @@ pub use super::skip::{SkipYarn, SkippedYarn};
 
 /// Points worked on as one, and room for lanes beyond them.
 const BLOCK: usize = 128;
-const ROOM: usize = BLOCK + 16;
+const ROOM: usize = BLOCK + MOST_LANES;
+/// No processor has more numbers side by side.
+const MOST_LANES: usize = 16;
 /// Points that one task works on.
 const CHUNK: usize = 32 * BLOCK;
 
@@ -321,7 +323,7 @@ struct Block<T> {
     strain: [[T; ROOM]; 3],
     node: [T; ROOM],
     /// Along u, v, height and twist.
-    displacement: [[T; ROOM]; 4],
+    displacement: [[T; 4]; ROOM],
 }
 
 impl<T: Scalar> Wide<T> for Chunk<'_, '_, T> {
@@ -341,7 +343,7 @@ impl<T: Scalar> Wide<T> for Chunk<'_, '_, T> {
             height: zero,
             strain: [zero; 3],
             node: zero,
-            displacement: [zero; 4],
+            displacement: [[T::zero(); 4]; ROOM],
         };
         let range = self.begin..self.begin + self.places.len();
         for (face, homes) in shared.homes.runs(range) {
@@ -426,19 +428,18 @@ impl<T: Scalar> Chunk<'_, '_, T> {
                 cell.fraction[k].store(&mut block.strain[k][at..]);
             }
             let outside = &mut self.outside[begin - self.begin + at..];
-            let any = R::any(out);
-            for (lane, outside) in outside.iter_mut().take(R::LANES.min(n - at)).enumerate() {
-                *outside = any && R::mask_lane(out, lane);
+            let mut flags = [T::zero(); MOST_LANES];
+            R::select(out, R::one(), R::zero()).store(&mut flags);
+            for (flag, outside) in flags[..R::LANES.min(n - at)].iter().zip(outside) {
+                *outside = *flag != T::zero();
             }
         }
         for i in 0..n {
             let row = &shared.rows[homes.rows[begin + i] as usize];
             let fraction = [0, 1, 2].map(|k| block.strain[k][i]);
             let by = shared.lookup.at(row.vertex as usize, block.node[i].to_f64() as usize, fraction);
-            for k in 0..4 {
-                block.displacement[k][i] = by[k];
-            }
-            block.displacement[3][i] += row.twist;
+            block.displacement[i] = by;
+            block.displacement[i][3] += row.twist;
         }
         for piece in 0..block.piece_count {
             self.place::<R>(block, piece);
@@ -454,30 +455,38 @@ impl<T: Scalar> Chunk<'_, '_, T> {
         let (map, frame) = (&shared.maps[face as usize], &shared.frames[face as usize]);
         for at in (first..end).step_by(R::LANES) {
             let [b, c] = block.barycentric.each_ref().map(|b| R::load(&b[at..]));
-            let [u, v, h] = [0, 1, 2].map(|k| R::load(&block.displacement[k][at..]));
+            let mut by = [R::zero(); 3];
+            for (lane, given) in block.displacement[at..at + R::LANES].iter().enumerate() {
+                for k in 0..3 {
+                    by[k].set_lane(lane, given[k]);
+                }
+            }
+            let [u, v, h] = by;
             let all = shifted(&map.inverse, b, c, u, v);
             let height = R::load(&block.height[at..]) + h;
             let point = lifted(frame, all[1], all[2], height);
             let zero = R::zero();
             let left = R::or(R::or(all[0].lt(zero), all[1].lt(zero)), all[2].lt(zero));
-            let any = R::any(left);
+            let mut out = [[T::zero(); MOST_LANES]; 7];
+            let left = R::select(left, R::one(), zero);
+            for (out, value) in out.iter_mut().zip([point.x, point.y, point.z, all[1], all[2], height, left])
+            {
+                value.store(out);
+            }
             for lane in 0..R::LANES.min(end - at) {
                 let home = block.begin + at + lane;
-                let mut point = point.lane(lane);
-                let mut place = Place {
-                    face,
-                    barycentric: [all[1].lane(lane), all[2].lane(lane)],
-                    height: height.lane(lane),
-                };
-                if any && R::mask_lane(left, lane) {
-                    let (there, all) = followed(shared.maps, face, all.map(|b| b.lane(lane)));
+                let [x, y, z, b, c, height, left] = [0, 1, 2, 3, 4, 5, 6].map(|k| out[k][lane]);
+                let mut point = V3::new(x, y, z);
+                let mut place = Place { face, barycentric: [b, c], height };
+                if left != T::zero() {
+                    let (there, all) = followed(shared.maps, face, [T::one() - b - c, b, c]);
                     if there != face {
                         (place.face, place.barycentric) = (there, [all[1], all[2]]);
-                        point = lifted(&shared.frames[there as usize], all[1], all[2], place.height);
+                        point = lifted(&shared.frames[there as usize], all[1], all[2], height);
                     }
                 }
                 self.places[home - self.begin] = place;
-                shared.put(home, point, Some(block.displacement[3][at + lane]));
+                shared.put(home, point, Some(block.displacement[at + lane][3]));
             }
         }
     }

@@ -123,7 +123,7 @@ impl<T: Scalar> Axes<T> {
                 cell.node += node;
                 cell.fraction[k] = ((s - at) * inverse).max(R::zero()).min(R::one());
             }
-            stride *= n as f64;
+            stride *= if k == 0 { n.max(2) } else { n } as f64;
         }
         (cell, outside)
     }
