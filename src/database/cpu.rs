@@ -1,7 +1,7 @@
 //! The CPU backend of the precomputed method: lanes for the strains, threads for the rest.
 
 use super::fabric::{Fabric, Homes};
-use super::forms::{FaceFrame, Forms};
+use super::forms::{FaceFrame, Form, Forms};
 use super::lookup::Lookup;
 use super::shell::{FaceMap, Place, followed, lifted, shifted, strain};
 use super::strain::Axes;
@@ -169,6 +169,17 @@ impl<T: Scalar> Cpu<T> {
     /// The fabric.
     pub fn fabric(&self) -> &Arc<Fabric> {
         &self.fabric
+    }
+
+    /// `[face]` normals, gradients and fundamental forms of the last frame.
+    pub fn face_forms(&self) -> &[Form<T>] {
+        &self.forms.face_forms
+    }
+
+    /// `[node]` the same at nodes ([`Fabric::face_nodes`]). Their first form is the mean of the faces', not that of their
+    /// gradient.
+    pub fn node_forms(&self) -> &[Form<T>] {
+        &self.forms.node_forms
     }
 
     /// Says what places are relative to, before the first frame; without, that is the middle of the first frame.

@@ -115,6 +115,11 @@ impl Fabric {
         self.yarn_closed.len()
     }
 
+    /// `[face]` nodes of its corners: material vertices, joined across seams that only shift material coordinates.
+    pub fn face_nodes(&self) -> &[[u32; 3]] {
+        &self.nodes.of_faces
+    }
+
     /// Number of the mesh's faces.
     pub fn face_count(&self) -> usize {
         self.surface.face_count()

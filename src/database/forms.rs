@@ -1,6 +1,7 @@
 //! What a frame does to the mesh: normals, deformation gradients and fundamental forms of faces, averaged at nodes, and
 //! put together face by face for the yarn (sections 4.1 and 4.5).
 
+use super::curvature::Fits;
 use super::nodes::{Nodes, Shares};
 use super::surface::{NONE, Surface};
 use super::{Bending, Compat, Settings};
@@ -62,6 +63,8 @@ pub struct Forms<T> {
     nodes: Nodes,
     strain: Vec<T>,
     normal: Vec<T>,
+    fits: Fits,
+    fit_weights: Vec<[T; 3]>,
     /// `[vertex]` places relative to the origin.
     pub places: Vec<V3<T>>,
     /// `[face]`
@@ -80,8 +83,14 @@ impl<T: Scalar> Forms<T> {
             Compat::Madypg => material_neighbours(surface),
             Compat::None => Vec::new(),
         };
+        let fits = match settings.compat {
+            Compat::Madypg => Fits::default(),
+            Compat::None => Fits::new(surface, &nodes),
+        };
         Self {
             settings: *settings,
+            fit_weights: fits.weights.iter().map(|w| w.map(T::of)).collect(),
+            fits,
             faces: surface.faces.clone(),
             inverses: surface
                 .inverses
@@ -101,7 +110,9 @@ impl<T: Scalar> Forms<T> {
 
     /// Works a frame out; `positions` `[vertex]` in the world.
     pub fn update(&mut self, positions: &[DVec3], origin: DVec3) {
-        let Self { settings, faces, inverses, beyond, nodes, strain, normal, places, .. } = self;
+        let Self {
+            settings, faces, inverses, beyond, nodes, strain, normal, fits, fit_weights, places, ..
+        } = self;
         let (face_forms, node_forms) = (&mut self.face_forms, &mut self.node_forms);
         // Single precision is all that MADYPG reads.
         let rounded = settings.compat == Compat::Madypg;
@@ -128,16 +139,12 @@ impl<T: Scalar> Forms<T> {
         node_forms.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(node, form)| {
             form.normal = average_normal(all, &nodes.normal, normal, node);
         });
-        if !hinges && bends {
-            let around = &*node_forms;
-            face_forms.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(face, form)| {
-                let normals = nodes.of_faces[face].map(|n| around[n as usize].normal);
-                form.second = by_normals(form, normals, &inverses[face]);
-            });
-        }
         let all = &*face_forms;
         node_forms.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(node, form)| {
             average(form, all, &nodes.strain, strain, node);
+            if !hinges && bends {
+                form.second = fitted(form.normal, node, nodes.vertices[node], fits, fit_weights, places);
+            }
         });
     }
 
@@ -188,12 +195,23 @@ fn stretched<T: Scalar>(a: V3<T>, b: V3<T>, inverse: &[T; 4]) -> Form<T> {
     }
 }
 
-/// `II = -sym(F^T dn)` of the normal as it runs linearly between the corners'.
-fn by_normals<T: Scalar>(form: &Form<T>, normals: [V3<T>; 3], inverse: &[T; 4]) -> [T; 3] {
-    let (a, b) = (normals[1] - normals[0], normals[2] - normals[0]);
-    let (u, v) = (a * inverse[0] + b * inverse[2], a * inverse[1] + b * inverse[3]);
-    let [fu, fv] = form.gradient;
-    [-fu.dot(u), (fu.dot(v) + fv.dot(u)) * T::of(-0.5), -fv.dot(v)]
+/// Second derivatives of the surface along its normal.
+fn fitted<T: Scalar>(
+    normal: V3<T>,
+    node: usize,
+    vertex: u32,
+    fits: &Fits,
+    weights: &[[T; 3]],
+    places: &[V3<T>],
+) -> [T; 3] {
+    let mut second = [T::zero(); 3];
+    for i in fits.offsets[node] as usize..fits.offsets[node + 1] as usize {
+        let off = normal.dot(places[fits.vertices[i] as usize] - places[vertex as usize]);
+        for (second, weight) in second.iter_mut().zip(weights[i]) {
+            *second += off * weight;
+        }
+    }
+    second
 }
 
 /// Faces across edges of the same material vertices, and which of their corners lies beyond.

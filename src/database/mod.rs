@@ -6,6 +6,7 @@
 //! [`Cpu`] -> [`YarnFrame`] -> curves -> writers.
 
 mod cpu;
+mod curvature;
 
 mod fabric;
 mod forms;
@@ -22,6 +23,8 @@ mod tiling;
 pub use cpu::{Cpu, RunningYarn, SkipYarn, SkippedYarn, Trace, YarnFrame};
 
 pub use fabric::Fabric;
+pub use forms::Form;
+pub use shell::Place;
 
 use crate::{Error, Result};
 

@@ -3,6 +3,7 @@
 
 pub mod curves;
 pub mod database;
+pub mod fabric;
 pub mod faces;
 #[cfg(feature = "gpu")]
 pub mod gpu;
