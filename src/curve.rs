@@ -2,8 +2,8 @@
 
 use crate::Result;
 use crate::backend::FrameOutput;
+use crate::knot::curve::sample;
 pub use crate::knot::curve::sampled_len;
-use crate::knot::curve::{Segment, neighbour};
 use crate::math::{Scalar, V3};
 use crate::mesh::StitchMesh;
 use crate::scene::{NO_SECOND_SLOT, Scene};
@@ -98,22 +98,7 @@ impl<'a, T: Scalar> FrameCurves<'a, T> {
             let count = sampled_len(n, closed, self.subdivide);
             return sampled[begin..begin + count].iter().try_for_each(|p| sink(*p));
         }
-        let points = &self.output.points[range];
-        let at = |i: usize| points[i];
-        if self.subdivide == 0 {
-            return points.iter().try_for_each(|p| sink(*p));
-        }
-        let segments = if closed { n } else { n.saturating_sub(1) };
-        let step = T::of(1.0 / (self.subdivide + 1) as f64);
-        for i in 0..segments {
-            let p = [-1, 0, 1, 2].map(|k| neighbour(i as isize + k, n, closed, at));
-            let segment = Segment::centripetal(p);
-            sink(p[1])?;
-            for k in 1..=self.subdivide {
-                sink(segment.at(T::of(k as f64) * step))?;
-            }
-        }
-        if !closed && n > 0 { sink(points[n - 1]) } else { Ok(()) }
+        sample(&self.output.points[range], closed, self.subdivide, sink)
     }
 }
 

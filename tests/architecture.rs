@@ -17,7 +17,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("scene", &["error", "ids", "math", "mesh", "template"]),
     ("knot", &["error", "math", "scene"]),
     ("backend", &["error", "ids", "math", "mesh", "scene", "knot"]),
-    ("database", &["error", "math", "mesh", "pattern", "backend"]),
+    ("database", &["error", "math", "mesh", "pattern", "yarn", "knot", "backend"]),
     ("curve", &["error", "ids", "math", "mesh", "scene", "knot", "backend", "yarn"]),
     ("measure", &["error", "ids", "math", "mesh", "template", "scene", "knot", "backend", "curve", "yarn"]),
 ];
@@ -26,6 +26,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 const EXCEPTIONS: &[(&str, &[&str])] = &[
     // Result files are written from solved frames.
     ("io/result.rs", &["math", "scene", "backend", "curve"]),
+    ("io/fabric_result.rs", &["math", "database", "curve"]),
 ];
 
 /// The modules of the crate that a source file names, by `crate::module` or `crate::{...}`.

@@ -248,6 +248,9 @@ fn npz_results() {
         point_knot: &[-1, 0, 0, -1, -1, 0, -1],
         point_role: &[0, 1, 2, 0, 0, 1, 0],
         face_knot_offsets: &[0, 1, 2],
+        arclength: &[0.0, 0.5, 1.0, 1.5, 0.0, 0.25, 0.5],
+        point_tile: &[[0, 1], [0, 1], [0, 2], [0, 2], [-3, 4], [-3, 4], [-3, 4]],
+        point_vertex: &[0, 1, 0, 1, 5, 6, 7],
     };
     let mut writer = NpzWriter::create(&path, NpzPrecision::F32 { origin }, 2, &arrays).unwrap();
     let frame = FrameArrays {
@@ -256,6 +259,8 @@ fn npz_results() {
         face_energy_start: Some(Floats::F64(&[2.0, 3.0])),
         face_energy: Some(Floats::F64(&[1.0, 1.5])),
         face_status: Some(&[0, 2]),
+        twist: Some(Floats::F64(&[0.5; 7])),
+        director: Some(Floats::F64(&[0.25; 21])),
     };
     writer.frame(&moved, &frame).unwrap();
     let error =

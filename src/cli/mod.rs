@@ -1,7 +1,9 @@
 //! Arguments to plain structs, library calls, exit codes: 0 done, 1 done but some faces fell back (or, under
 //! stress, something does not hold), 2 error.
 
+mod cloth;
 mod convert;
+mod database;
 mod device;
 mod info;
 mod inputs;

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 pub fn check(arguments: &Arguments) -> Result<()> {
     let same = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let inputs = arguments.templates.iter().chain(&arguments.rest).chain([&arguments.mesh]);
-    let inputs = inputs.chain(&arguments.skip.visible);
+    let inputs = inputs.chain(&arguments.skip.visible).chain(&arguments.database.model);
     let inputs: Vec<PathBuf> =
         inputs.chain(&arguments.frames.as_ref().map(PathBuf::from)).map(|p| same(p)).collect();
     let mut seen = Vec::new();
@@ -52,7 +52,7 @@ pub fn wanted(arguments: &Arguments) -> Result<Wanted> {
 }
 
 /// Extra points a segment in a format.
-fn subdivide(arguments: &Arguments, format: CurveFormat) -> usize {
+pub fn subdivide(arguments: &Arguments, format: CurveFormat) -> usize {
     // Uniform splines overshoot between unevenly spaced control points; samples do not.
     let least = if format.is_uniform_spline() { UNIFORM_SUBDIVISION } else { 0 };
     arguments.subdivide.max(least)

@@ -1,5 +1,6 @@
 //! `knotmesh relax`: a stitch mesh in, relaxed yarn out.
 
+use super::database::{self, DatabaseArguments};
 use super::device::DeviceArguments;
 use super::inputs::{self, Rename};
 use super::outputs;
@@ -28,7 +29,8 @@ use std::time::Instant;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The stitch mesh: .smobj, or .obj with stitches named by material or group.
+    /// The stitch mesh: .smobj, or .obj with stitches named by material or group. With --backend database a mesh with
+    /// material coordinates: .obj with UVs (metres), .bin (a MADYPG sequence), or .smobj.
     pub mesh: PathBuf,
     /// Template libraries (.json, .sf, or directories of them) on top of the embedded one; the last
     /// definition of a key wins.
@@ -41,23 +43,23 @@ pub struct Arguments {
     /// Which frames: A:B (B not included), either side may be left out; negative numbers count from the end. Files
     /// are those of a run of all frames, to the byte, with --skip unmoved,rest (or rest,shared, or none) and any start
     /// but previous.
-    #[arg(long, value_name = "A:B", requires = "frames", allow_hyphen_values = true)]
+    #[arg(long, value_name = "A:B", allow_hyphen_values = true)]
     pub frame_range: Option<String>,
     /// relax solves for the yarn, knots interpolates knots and carries them rigidly, embed interpolates
     /// every point.
-    #[arg(long, value_enum, default_value = "relax")]
+    #[arg(long, conflicts_with = "model", value_enum, default_value = "relax")]
     pub mode: ModeName,
     /// safeguarded never raises the energy; gauss-newton is the plain iteration of Huang et al. 2025.
-    #[arg(long, value_enum, default_value = "safeguarded")]
+    #[arg(long, conflicts_with = "model", value_enum, default_value = "safeguarded")]
     pub solver: SolverName,
     /// Where each solve starts: a table of optima of each stitch type (built once, kept in the user's cache
     /// folder or in KNOTMESH_CACHE), the template deformed with the face, or the previous frame. The default is
     /// the table, and for gauss-newton the deformed template.
-    #[arg(long, value_enum)]
+    #[arg(long, conflicts_with = "model", value_enum)]
     pub start: Option<StartName>,
     /// Steps of the solve at most; safeguarded ones stop where nothing is left to gain. The default is 2 from a
     /// table, else 3.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "model")]
     pub iterations: Option<u32>,
     /// f64 is the reference.
     #[arg(long, value_enum, default_value = "f32")]
@@ -69,16 +71,16 @@ pub struct Arguments {
     #[arg(long = "map", value_name = "OLDKEY=KEY")]
     pub map: Vec<Rename>,
     /// Knot spacing: 1 plain interpolation, 0 loops as wide as at rest.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, conflicts_with = "model", default_value_t = 1.0)]
     pub beta: f64,
     /// Weight of angles in the energy.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, conflicts_with = "model", default_value_t = 1.0)]
     pub weight_angle: f64,
     /// Weight of lengths in the energy.
-    #[arg(long, default_value_t = 100.0)]
+    #[arg(long, conflicts_with = "model", default_value_t = 100.0)]
     pub weight_length: f64,
     /// World units per course spacing; measured from the rest mesh if not given.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "model")]
     pub gauge: Option<f64>,
     /// Extra curve points per segment; 0 writes control points (.bcc and .usda, whose splines are uniform,
     /// get at least 6).
@@ -91,14 +93,16 @@ pub struct Arguments {
     pub skip: SkipArguments,
     #[command(flatten)]
     pub device: DeviceArguments,
+    #[command(flatten)]
+    pub database: DatabaseArguments,
     /// mean-value joins corners across faces; wachspress treats each face on its own, as smobj-to-yarns does.
-    #[arg(long, value_enum, default_value = "mean-value")]
+    #[arg(long, conflicts_with = "model", value_enum, default_value = "mean-value")]
     pub coordinates: CoordinatesName,
     /// Leave out faces whose stitch the library lacks.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "model")]
     pub skip_unknown: bool,
     /// Exit 0 even if faces fell back to interpolation.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "model")]
     pub allow_degenerate: bool,
     /// Write counts, statuses, times and error measures as JSON.
     #[arg(long, value_name = "FILE.json")]
@@ -135,6 +139,12 @@ pub enum PrecisionName {
 /// Relaxes.
 pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     outputs::check(arguments)?;
+    if let Some(model) = arguments.database.model()? {
+        return database::run(arguments, model, console);
+    }
+    if arguments.frame_range.is_some() && arguments.frames.is_none() {
+        return Err(Error::invalid("--frame-range: expected --frames, whose range it is"));
+    }
     if arguments.subdivide > 1000 || arguments.iterations.is_some_and(|n| n > 100_000) {
         return Err(Error::invalid("--subdivide goes to 1000 and --iterations to 100000"));
     }

@@ -192,11 +192,16 @@ pub fn peak_memory() -> Option<u64> {
 impl Report {
     /// Writes the report.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|e| Error::invalid(format_args!("the report cannot be written: {e}")))?;
-        let mut out = Output::create(path)?;
-        out.put(text.as_bytes())?;
-        out.put(b"\n")?;
-        out.commit()
+        write_json(path, self)
     }
+}
+
+/// Writes a report as JSON.
+pub fn write_json(path: &Path, report: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(report)
+        .map_err(|e| Error::invalid(format_args!("the report cannot be written: {e}")))?;
+    let mut out = Output::create(path)?;
+    out.put(text.as_bytes())?;
+    out.put(b"\n")?;
+    out.commit()
 }

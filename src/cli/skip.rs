@@ -1,6 +1,7 @@
 //! `--skip`, `--skip-tolerance`, `--visible` and `--lanes`: what a frame may leave undone, and how it is worked on.
 
 use knotmesh::backend::{Backend, Skip};
+use knotmesh::database::SkipYarn;
 use knotmesh::io::face_mask::FaceMask;
 use knotmesh::math::{Scalar, Width};
 use knotmesh::{Error, Result};
@@ -66,6 +67,11 @@ impl SkipArguments {
         Skip { tolerance: self.skip_tolerance, ..self.skip.0 }
     }
 
+    /// The same for yarn of the precomputed method, which knows neither templates nor faces alike.
+    pub fn skip_yarn(&self) -> SkipYarn {
+        SkipYarn { unmoved: self.skip.0.unmoved, rigid: self.skip.0.rigid, tolerance: self.skip_tolerance }
+    }
+
     pub fn width(&self) -> Width {
         match self.lanes {
             LanesName::Auto => Width::Auto,
@@ -93,10 +99,15 @@ impl Visible {
         Ok(Self { source, mask: Vec::new() })
     }
 
+    /// The faces of a frame.
+    pub fn read(&mut self, frame: usize) -> Result<&[bool]> {
+        self.source.read(frame, &mut self.mask)?;
+        Ok(&self.mask)
+    }
+
     /// Shows a backend the faces of a frame.
     pub fn show<T: Scalar>(&mut self, frame: usize, backend: &mut dyn Backend<T>) -> Result<()> {
-        self.source.read(frame, &mut self.mask)?;
-        backend.set_visible(Some(&self.mask))
+        backend.set_visible(Some(self.read(frame)?))
     }
 }
 

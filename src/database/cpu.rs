@@ -1,5 +1,6 @@
 //! The CPU backend of the precomputed method: lanes for the strains, threads for the rest.
 
+use super::director::{Shell, directors};
 use super::fabric::{Fabric, Homes};
 use super::forms::{FaceFrame, Form, Forms};
 use super::lookup::Lookup;
@@ -76,8 +77,27 @@ pub struct RunningYarn {
     pub skip: SkipYarn,
 }
 
+/// A precision that fabrics can be worked out in. Kernels are compiled for it once, here, and not where they are used.
+pub trait Woven: Scalar {
+    /// Works on a chunk.
+    #[doc(hidden)]
+    fn weave(width: Width, chunk: Chunk<Self>);
+}
+
+macro_rules! woven {
+    ($($t:ty),*) => {$(
+        impl Woven for $t {
+            #[inline(never)]
+            fn weave(width: Width, chunk: Chunk<Self>) {
+                Self::widen(width, chunk);
+            }
+        }
+    )*};
+}
+woven!(f32, f64);
+
 /// Turns the mesh of a frame into yarn on the CPU.
-pub struct Cpu<T: Scalar> {
+pub struct Cpu<T: Woven> {
     pub(super) fabric: Arc<Fabric>,
     pub(super) forms: Forms<T>,
     axes: Axes<T>,
@@ -127,7 +147,7 @@ pub struct Trace<T> {
     pub place: Place<T>,
 }
 
-impl<T: Scalar> Cpu<T> {
+impl<T: Woven> Cpu<T> {
     /// A backend for a fabric.
     ///
     /// # Errors
@@ -256,7 +276,7 @@ impl<T: Scalar> Cpu<T> {
         self.pool.install(|| {
             places.par_chunks_mut(CHUNK).zip(outside.par_chunks_mut(CHUNK)).enumerate().for_each(
                 |(chunk, (places, outside))| {
-                    T::widen(width, Chunk { shared: &shared, begin: chunk * CHUNK, places, outside });
+                    T::weave(width, Chunk { shared: &shared, begin: chunk * CHUNK, places, outside });
                 },
             );
         });
@@ -267,6 +287,13 @@ impl<T: Scalar> Cpu<T> {
         self.stamp = STAMPS.fetch_add(1, Ordering::Relaxed);
         (output.backend, output.stamp) = (self.backend, self.stamp);
         Ok(())
+    }
+
+    /// `[point]` directors of the last frame: which way across the edge that leaves each point its material points.
+    /// Orthogonal to the edge and of unit length, unless settings are to be compatible.
+    pub fn directors(&self, frame: &YarnFrame<T>) -> Vec<V3<T>> {
+        let shell = Shell { forms: &self.forms.face_forms, frames: &self.frames, places: &self.places };
+        directors(&self.fabric, &shell, frame)
     }
 
     /// What became of points in the last frame, stage by stage, in the order in which they are worked on; each with the
@@ -313,7 +340,7 @@ struct Shared<'a, T> {
 }
 
 /// Some points, and what is kept of them.
-struct Chunk<'a, 'b, T> {
+pub struct Chunk<'a, 'b, T> {
     shared: &'b Shared<'a, T>,
     begin: usize,
     places: &'b mut [Place<T>],

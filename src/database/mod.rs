@@ -3,10 +3,12 @@
 //! strain there, and follow the surface.
 //!
 //! [`crate::pattern`] + [`crate::mesh::MaterialMesh`] -> [`Fabric`] (compiled once) -> positions of each frame ->
-//! [`Cpu`] -> [`YarnFrame`] -> curves -> writers.
+//! [`Cpu`] -> [`YarnFrame`] -> [`FabricCurves`] -> writers.
 
 mod cpu;
 mod curvature;
+mod curves;
+mod director;
 
 mod fabric;
 mod forms;
@@ -20,8 +22,9 @@ mod strands;
 mod surface;
 mod tiling;
 
-pub use cpu::{Cpu, RunningYarn, SkipYarn, SkippedYarn, Trace, YarnFrame};
+pub use cpu::{Cpu, RunningYarn, SkipYarn, SkippedYarn, Trace, Woven, YarnFrame};
 
+pub use curves::FabricCurves;
 pub use fabric::Fabric;
 pub use forms::Form;
 pub use shell::Place;

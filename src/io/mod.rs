@@ -6,6 +6,7 @@ pub mod convert_database;
 pub mod curve_info;
 pub mod curves;
 mod embedded;
+pub mod fabric_result;
 pub mod face_mask;
 pub mod frames;
 pub mod library;

@@ -13,6 +13,9 @@
 //! | `knot_direction`, `knot_half_length` | `[frame, knot, 2]`, `[frame, knot]` | in the face frame, template units |
 //! | `face_energy_start`, `face_energy` | `[frame, face]` | energy at the start and at the end |
 //! | `face_status` | `[frame, face]` u8 | how the solve ended |
+//! | `arclength` | `[point]` | rest length along the yarn, world units |
+//! | `point_tile`, `point_vertex` | `[point, 2]`, `[point]` i32 | period of the pattern as (row, column); its vertex |
+//! | `twist`, `director` | `[frame, point]`, `[frame, point, 3]` | of the edge that leaves the point: radians; unit vectors |
 //!
 //! Arrays that the source of the curves does not know are left out; a conversion from another curve format writes
 //! `points` (f64), `yarn_offsets`, `yarn_closed` and, where all yarns have the same, `radius`. The reader is in
@@ -25,7 +28,9 @@ use super::zip::ZipWriter;
 use crate::yarn::CurveSource;
 use crate::{Error, Result};
 use glam::DVec3;
+use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
+use tempfile::SpooledTempFile;
 
 /// How float arrays are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +72,12 @@ pub struct StaticArrays<'a> {
     pub point_role: &'a [u8],
     /// `[face + 1]` first knot of each face, and the number of knots.
     pub face_knot_offsets: &'a [u32],
+    /// `[point]` rest length along the yarn, world units.
+    pub arclength: &'a [f64],
+    /// `[point]` the period of the pattern that it belongs to: row, column.
+    pub point_tile: &'a [[i32; 2]],
+    /// `[point]` the pattern's vertex.
+    pub point_vertex: &'a [i32],
 }
 
 /// Arrays of one frame beside its points. A frame must have those that the first one had, in the same lengths.
@@ -82,16 +93,31 @@ pub struct FrameArrays<'a> {
     pub face_energy: Option<Floats<'a>>,
     /// `[face]` how the solve ended.
     pub face_status: Option<&'a [u8]>,
+    /// `[point]` radians.
+    pub twist: Option<Floats<'a>>,
+    /// `[point, 3]` unit vectors.
+    pub director: Option<Floats<'a>>,
 }
 
 /// Per-frame arrays beside the points: their names and the length of their last axis.
-const FRAME_ARRAYS: [(&str, usize); 5] = [
+const FRAME_ARRAYS: [(&str, usize); 7] = [
     ("knot_direction", 2),
     ("knot_half_length", 1),
     ("face_energy_start", 1),
     ("face_energy", 1),
     ("face_status", 1),
+    ("twist", 1),
+    ("director", 3),
 ];
+
+/// Bytes of an array that are kept in memory until the file is completed; more go to a temporary file.
+const KEPT: usize = 1 << 24;
+
+/// An array that grows frame by frame.
+struct Collected {
+    bytes: SpooledTempFile,
+    len: usize,
+}
 
 /// Writes a result file frame by frame: points go to the file as they come, the other arrays at the end.
 pub struct NpzWriter {
@@ -103,7 +129,7 @@ pub struct NpzWriter {
     yarn_offsets: Vec<u32>,
     yarn_closed: Vec<bool>,
     /// `[array]` what was collected of the per-frame arrays; none: they are left out.
-    collected: [Option<Vec<u8>>; 5],
+    collected: [Option<Collected>; FRAME_ARRAYS.len()],
 }
 
 impl NpzWriter {
@@ -133,6 +159,9 @@ impl NpzWriter {
             ("point_face", arrays.point_face.len()),
             ("point_knot", arrays.point_knot.len()),
             ("point_role", arrays.point_role.len()),
+            ("arclength", arrays.arclength.len()),
+            ("point_tile", arrays.point_tile.len()),
+            ("point_vertex", arrays.point_vertex.len()),
         ];
         for (name, length) in per_point {
             if length > 0 && length as u64 != points {
@@ -148,11 +177,25 @@ impl NpzWriter {
                 entry(&mut zip, name, float, &[], &bytes)?;
             }
         }
-        for (name, values) in [("point_face", arrays.point_face), ("point_knot", arrays.point_knot)] {
+        let whole = [
+            ("point_face", arrays.point_face),
+            ("point_knot", arrays.point_knot),
+            ("point_vertex", arrays.point_vertex),
+        ];
+        for (name, values) in whole {
             if !values.is_empty() {
                 let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
                 entry(&mut zip, name, "<i4", &[values.len() as u64], &bytes)?;
             }
+        }
+        if !arrays.point_tile.is_empty() {
+            let bytes: Vec<u8> = arrays.point_tile.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+            entry(&mut zip, "point_tile", "<i4", &[points, 2], &bytes)?;
+        }
+        if !arrays.arclength.is_empty() {
+            let mut bytes = Vec::new();
+            push_floats(&mut bytes, Floats::F64(arrays.arclength), precision);
+            entry(&mut zip, "arclength", float, &[points], &bytes)?;
         }
         if !arrays.point_role.is_empty() {
             entry(&mut zip, "point_role", "|u1", &[points], arrays.point_role)?;
@@ -215,26 +258,33 @@ impl NpzWriter {
                 Ok(())
             })?;
         }
-        let floats =
-            [arrays.knot_direction, arrays.knot_half_length, arrays.face_energy_start, arrays.face_energy];
         for (i, (name, _)) in FRAME_ARRAYS.into_iter().enumerate() {
             let mut bytes = Vec::new();
-            let given = match floats.get(i) {
-                Some(values) => {
-                    values.map(|values| push_floats(&mut bytes, values, self.precision)).is_some()
-                }
-                None => arrays.face_status.map(|values| bytes.extend_from_slice(values)).is_some(),
+            let floats = match name {
+                "knot_direction" => arrays.knot_direction,
+                "knot_half_length" => arrays.knot_half_length,
+                "face_energy_start" => arrays.face_energy_start,
+                "face_energy" => arrays.face_energy,
+                "twist" => arrays.twist,
+                "director" => arrays.director,
+                _ => None,
             };
-            if self.frames == 0 {
-                self.collected[i] = given.then_some(bytes);
-                continue;
+            let status = arrays.face_status.filter(|_| name == "face_status");
+            let given = floats.is_some() || status.is_some();
+            if let Some(floats) = floats {
+                push_floats(&mut bytes, floats, self.precision);
             }
-            let before = self.collected[i].as_ref().map(|all| all.len() / self.frames);
-            if before != given.then_some(bytes.len()) {
+            bytes.extend_from_slice(status.unwrap_or_default());
+            if self.frames == 0 && given {
+                self.collected[i] = Some(Collected { bytes: SpooledTempFile::new(KEPT), len: 0 });
+            }
+            let before = self.collected[i].as_ref().map(|all| all.len / self.frames.max(1));
+            if before.is_some() != given || self.frames > 0 && before.is_some_and(|n| n != bytes.len()) {
                 return Err(length_error(&self.path, name, bytes.len(), before.unwrap_or(0)));
             }
             if let Some(all) = &mut self.collected[i] {
-                all.extend_from_slice(&bytes);
+                all.bytes.write_all(&bytes).map_err(|e| Error::io(&self.path, e))?;
+                all.len += bytes.len();
             }
         }
         self.frames += 1;
@@ -246,15 +296,26 @@ impl NpzWriter {
         if self.frames != self.frame_count {
             return Err(frame_count_error(&self.path, self.frames, self.frame_count));
         }
-        for ((name, axis), all) in FRAME_ARRAYS.into_iter().zip(&self.collected) {
-            let Some(all) = all else { continue };
+        let mut part = vec![0; 1 << 16];
+        for ((name, axis), all) in FRAME_ARRAYS.into_iter().zip(self.collected) {
+            let Some(mut all) = all else { continue };
             let (descr, size) = match name {
                 "face_status" => ("|u1", 1),
                 _ => (float_name(self.precision), float_size(self.precision)),
             };
-            let rows = (all.len() / size / axis).checked_div(self.frames).unwrap_or(0);
+            let rows = (all.len / size / axis).checked_div(self.frames).unwrap_or(0);
             let shape = [self.frames as u64, rows as u64, axis as u64];
-            entry(&mut self.zip, name, descr, if axis > 1 { &shape } else { &shape[..2] }, all)?;
+            let header = header_bytes(descr, if axis > 1 { &shape } else { &shape[..2] });
+            self.zip.begin(&format!("{name}.npy"), (header.len() + all.len) as u64)?;
+            self.zip.write(&header)?;
+            let io = |e| Error::io(&self.path, e);
+            all.bytes.rewind().map_err(io)?;
+            loop {
+                match all.bytes.read(&mut part).map_err(io)? {
+                    0 => break,
+                    n => self.zip.write(&part[..n])?,
+                }
+            }
         }
         self.zip.finish()
     }

@@ -71,6 +71,7 @@ impl ResultWriter {
             point_knot: &knot,
             point_role: &role,
             face_knot_offsets: &knot_offsets,
+            ..StaticArrays::default()
         };
         Ok(Self {
             npz: NpzWriter::create(path, precision, frame_count, &arrays)?,
@@ -114,6 +115,7 @@ impl ResultWriter {
             face_energy_start: Some(Floats::F64(&self.energy_start)),
             face_energy: Some(Floats::F64(&self.energy)),
             face_status: Some(&self.status),
+            ..FrameArrays::default()
         };
         self.npz.frame(curves, &arrays)
     }

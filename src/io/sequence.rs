@@ -185,5 +185,6 @@ fn mesh(path: &Path, first: &[Vec<u8>; 4], shapes: &[Matrix; 4]) -> Result<Mater
         uvs: (0..rows[2]).map(uv).collect::<Result<_>>()?,
         faces: triangles(1, f, rows[0])?,
         face_uvs: triangles(3, fms, rows[2])?,
+        sources: Vec::new(),
     })
 }

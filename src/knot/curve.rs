@@ -1,5 +1,6 @@
 //! Centripetal Catmull-Rom curves through control points (model section 7); each yarn is sampled segment by segment.
 
+use crate::Result;
 use crate::math::{Scalar, V3};
 
 /// Points of a curve of `n` control points with `subdivide` extra ones a segment.
@@ -28,6 +29,33 @@ pub fn neighbour<T: Scalar>(i: isize, n: usize, closed: bool, point: impl Fn(usi
     } else {
         point(i as usize)
     }
+}
+
+/// Calls `sink` with each sample of a run of points: the points, and `subdivide` more a segment.
+///
+/// # Errors
+/// The first of `sink`.
+pub fn sample<T: Scalar>(
+    points: &[V3<T>],
+    closed: bool,
+    subdivide: usize,
+    sink: &mut dyn FnMut(V3<T>) -> Result<()>,
+) -> Result<()> {
+    let n = points.len();
+    if subdivide == 0 {
+        return points.iter().try_for_each(|p| sink(*p));
+    }
+    let segments = if closed { n } else { n.saturating_sub(1) };
+    let step = T::of(1.0 / (subdivide + 1) as f64);
+    for i in 0..segments {
+        let p = [-1, 0, 1, 2].map(|k| neighbour(i as isize + k, n, closed, |i| points[i]));
+        let segment = Segment::centripetal(p);
+        sink(p[1])?;
+        for k in 1..=subdivide {
+            sink(segment.at(T::of(k as f64) * step))?;
+        }
+    }
+    if !closed && n > 0 { sink(points[n - 1]) } else { Ok(()) }
 }
 
 /// A segment of a curve: its ends, and the tangents there.

@@ -14,6 +14,8 @@ pub struct MaterialMesh {
     pub faces: Vec<[u32; 3]>,
     /// `[face]` numbers into `uvs`, corner by corner those of `faces`.
     pub face_uvs: Vec<[u32; 3]>,
+    /// `[face]` the polygon that it is a part of, as its source numbers them; empty where all were triangles.
+    pub sources: Vec<u32>,
 }
 
 impl MaterialMesh {
@@ -26,6 +28,13 @@ impl MaterialMesh {
             return Err(Error::invalid(format_args!(
                 "found {} faces with material coordinates, expected {}",
                 self.face_uvs.len(),
+                self.faces.len()
+            )));
+        }
+        if !self.sources.is_empty() && self.sources.len() != self.faces.len() {
+            return Err(Error::invalid(format_args!(
+                "found {} faces of known source, expected {}",
+                self.sources.len(),
                 self.faces.len()
             )));
         }
@@ -51,6 +60,16 @@ impl MaterialMesh {
             )));
         }
         Ok(())
+    }
+
+    /// The polygon that a face is a part of.
+    pub fn source(&self, face: usize) -> u32 {
+        self.sources.get(face).copied().unwrap_or(face as u32)
+    }
+
+    /// Number of polygons.
+    pub fn source_count(&self) -> usize {
+        self.sources.iter().max().map_or(self.faces.len(), |most| *most as usize + 1)
     }
 
     /// The same in other units: both positions and material coordinates are multiplied.

@@ -82,6 +82,7 @@ fn a_triangle_byte_by_byte() {
         uvs: vec![DVec2::splat(9.0), DVec2::ZERO, DVec2::X, DVec2::Y],
         faces: vec![[0, 1, 2]],
         face_uvs: vec![[1, 2, 3]],
+        sources: Vec::new(),
     };
     assert_eq!(*sequence.mesh(), mesh);
     assert_eq!((sequence.len(), sequence.vertex_count()), (4, 3));

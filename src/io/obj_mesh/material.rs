@@ -12,6 +12,7 @@ impl ObjMesh {
     /// By line: faces without texture coordinates, faces of more than four corners.
     pub fn into_material_mesh(self) -> Result<MaterialMesh> {
         let mut faces = Vec::with_capacity(self.face_count());
+        let mut sources = Vec::with_capacity(self.face_count());
         let mut face_uvs = Vec::with_capacity(self.face_count());
         for face in 0..self.face_count() {
             let error = |found: &str, expected: &str| {
@@ -35,9 +36,10 @@ impl ObjMesh {
             for triangle in corners {
                 faces.push(triangle.map(|k| self.face_vertices[begin + k]));
                 face_uvs.push(triangle.map(|k| self.corner_uvs[begin + k]));
+                sources.push(face as u32);
             }
         }
-        let mesh = MaterialMesh { positions: self.positions, uvs: self.uvs, faces, face_uvs };
+        let mesh = MaterialMesh { positions: self.positions, uvs: self.uvs, faces, face_uvs, sources };
         mesh.check().map_err(|e| Error::invalid(format_args!("{}: {e}", self.path.display())))?;
         Ok(mesh)
     }
