@@ -6,7 +6,7 @@ mod common;
 use common::data;
 use glam::DVec3;
 use knotmesh::database::{
-    Bending, Compat, Cpu, Fabric, FaceWeights, RunningYarn, Settings, Trace, YarnFrame,
+    Bending, Compat, Cpu, Fabric, FaceWeights, Form, RunningYarn, Settings, Trace, YarnFrame,
 };
 use knotmesh::io::{obj_mesh, sequence::Sequence, yarn_model};
 use knotmesh::mesh::MaterialMesh;
@@ -110,43 +110,53 @@ fn compare(data: &Path, case: &Case) {
     let check = |stage: &str, found: Vec<Vec<f64>>, bound: f64| {
         let expected = &reference.0[stage];
         let n = expected.len() / found.len();
-        let mut worst = (0.0, 0);
+        assert_eq!(expected.len(), found.len() * n);
         for (row, (found, expected)) in found.iter().zip(expected.chunks(n)).enumerate() {
-            assert_eq!(found.len(), n);
+            assert_eq!(found.len(), n, "{stage}");
             for (a, b) in found.iter().zip(expected) {
-                let off = (a - b).abs() / (1.0 + b.abs());
-                if off > worst.0 || off.is_nan() {
-                    worst = (off, row);
-                }
+                let off = (a - b).abs();
+                assert!(off <= bound * (1.0 + b.abs()), "{name} {stage} {row}: found {a}, expected {b}");
             }
         }
-        println!("{name} {stage}: {:.2e} at {} (bound {bound:.0e})", worst.0, worst.1);
     };
+    let second = |form: &Form<f64>| [form.first, form.second].concat();
+    let vector = |v: DVec3| v.to_array().to_vec();
+    // Curvatures are one over metres; their rounding is worth a ten-thousandth of what C feels.
+    // Nobody asks for them where bending is off.
+    let bends = settings.bending == Bending::Linearized;
+    if bends {
+        check("face_fundamental_forms", cpu.face_forms().iter().map(second).collect(), 1e-3);
+    }
+    // Nodes are numbered as faces name them, material vertices as the file has them.
+    let mut nodes = vec![0; mesh.uvs.len()];
+    for (face, uvs) in fabric.face_nodes().iter().zip(&mesh.face_uvs) {
+        (0..3).for_each(|k| nodes[uvs[k] as usize] = face[k] as usize);
+    }
+    let form = |node: &usize| &cpu.node_forms()[*node];
+    if bends {
+        check("vertex_fundamental_forms", nodes.iter().map(|n| second(form(n))).collect(), 1e-3);
+    }
+    check("vertex_normals", nodes.iter().map(|n| vector(form(n).normal.to_f64())).collect(), 1e-5);
     check("triangle", trace(&|t| vec![t.face.into()]), 0.0);
-    check(
-        "barycentric",
-        trace(&|t| {
-            let [b, c] = t.home.0.map(f64::from);
-            vec![1.0 - b - c, b, c]
-        }),
-        1e-6,
-    );
-    check(
-        "barycentric",
-        trace(&|t| {
-            let [b, c] = t.place.barycentric;
-            vec![1.0 - b - c, b, c]
-        }),
-        1e-6,
-    );
-    check("strain_raw", trace(&|t| t.strain.to_vec()), 1e-5);
-    check("strain_clamped", trace(&|t| t.clamped.to_vec()), 1e-5);
-    check("sx_sa_sy", trace(&|t| t.strains.to_vec()), 1e-5);
-    check("displacement", trace(&|t| t.displacement.to_vec()), 1e-7);
-    check("position", samples.iter().map(|p| output.world(*p as usize).to_array().to_vec()).collect(), 2e-7);
-    check("twist", samples.iter().map(|p| vec![output.twists[*p as usize]]).collect(), 5e-6);
+    let all = |[b, c]: [f64; 2]| vec![1.0 - b - c, b, c];
+    check("barycentric", trace(&|t| all(t.home.0.map(f64::from))), 1e-7);
+    check("strain_raw", trace(&|t| t.strain.to_vec()), 5e-6);
+    check("strain_clamped", trace(&|t| t.clamped.to_vec()), 5e-6);
+    check("sx_sa_sy", trace(&|t| t.strains.to_vec()), 5e-6);
+    check("displacement", trace(&|t| t.displacement.to_vec()), 4e-6);
+    let positions = samples.iter().map(|p| vector(output.world(*p as usize)));
+    let twists = samples.iter().map(|p| output.twists[*p as usize]);
+    for (found, expected) in positions.zip(reference.rows::<3>("position")) {
+        let off = DVec3::from_slice(&found).distance(DVec3::from_array(expected));
+        assert!(off < 2e-7, "{name}: position off by {off}");
+    }
+    for (found, expected) in twists.zip(&reference.0["twist"]) {
+        assert!((found - expected).abs() < 5e-6, "{name}: twist {found}, expected {expected}");
+    }
 }
 
+/// Seen red with the angle across edges halved, the 0.99 left out, border points taken, the strict clamp, and
+/// normals left unweighted.
 #[test]
 #[cfg_attr(not(knotmesh_data), ignore = "KNOTMESH_DATA is not set")]
 fn every_reference() {

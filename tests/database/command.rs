@@ -1,0 +1,1 @@
+//! `knotmesh relax --backend database`.
