@@ -10,6 +10,8 @@ mod curvature;
 
 mod fabric;
 mod forms;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod lookup;
 mod madypg;
 mod nodes;

@@ -57,7 +57,10 @@ fn smoother_than_hinges() {
     for curvature in [83.3, -83.3, 20.0] {
         let size = f64::abs(curvature);
         let [_, (along, spread_along), _, (across, spread_across)] = rolled(Compat::None, curvature);
-        assert!((along - curvature).abs() < 0.01 * size && spread_along < 0.008 * size, "{along} {spread_along}");
+        assert!(
+            (along - curvature).abs() < 0.01 * size && spread_along < 0.008 * size,
+            "{along} {spread_along}"
+        );
         assert!(across.abs() < 0.005 * size && spread_across < 0.005 * size, "{across} {spread_across}");
         // The fault that this mends.
         let [_, (_, hinges_along), _, (_, hinges_across)] = rolled(Compat::Madypg, curvature);
