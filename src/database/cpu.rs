@@ -26,7 +26,7 @@ const MOST_LANES: usize = 16;
 const CHUNK: usize = 32 * BLOCK;
 
 /// Numbers for backends and their frames, never the same twice.
-static STAMPS: AtomicU64 = AtomicU64::new(1);
+pub(super) static STAMPS: AtomicU64 = AtomicU64::new(1);
 
 /// A frame's yarn. Places are relative to `origin`, metres.
 #[derive(Clone, Debug)]
@@ -215,13 +215,7 @@ impl<T: Woven> Cpu<T> {
     /// # Errors
     /// Another number of faces than the mesh has.
     pub fn set_visible(&mut self, visible: Option<&[bool]>) -> Result<()> {
-        if let Some(visible) = visible.filter(|v| v.len() != self.fabric.face_count()) {
-            return Err(crate::Error::invalid(format_args!(
-                "found {} visible or hidden faces, expected {} as the mesh has",
-                visible.len(),
-                self.fabric.face_count()
-            )));
-        }
+        self.fabric.check_visible(visible)?;
         self.visible = visible.map(<[bool]>::to_vec);
         Ok(())
     }

@@ -179,6 +179,17 @@ impl Fabric {
             self.vertex_count
         )))
     }
+
+    /// Checks which faces are visible, if that is said.
+    pub(super) fn check_visible(&self, visible: Option<&[bool]>) -> Result<()> {
+        let Some(wrong) = visible.map(<[bool]>::len).filter(|count| *count != self.face_count()) else {
+            return Ok(());
+        };
+        Err(crate::Error::invalid(format_args!(
+            "found {wrong} visible or hidden faces, expected {} as the mesh has",
+            self.face_count()
+        )))
+    }
 }
 
 /// Sorts the points that yarns have into the order in which they are worked on, and numbers the periods.

@@ -53,18 +53,18 @@ impl<T: Scalar> Default for FaceFrame<T> {
 /// The parts of a mesh that its frames need, and the last frame.
 pub struct Forms<T> {
     settings: Settings,
-    faces: Vec<[u32; 3]>,
+    pub faces: Vec<[u32; 3]>,
     /// `[face]` rows of the inverse of the material edges.
-    inverses: Vec<[T; 4]>,
+    pub inverses: Vec<[T; 4]>,
     /// `[face]` material edges 0-1, 1-2 and 2-0.
-    edges: Vec<[[T; 2]; 3]>,
+    pub edges: Vec<[[T; 2]; 3]>,
     /// `[face][edge]` the face beyond it and its far corner, where bending is read off edges.
     beyond: Vec<[(u32, u8); 3]>,
-    nodes: Nodes,
-    strain: Vec<T>,
-    normal: Vec<T>,
-    fits: Fits,
-    fit_weights: Vec<[T; 3]>,
+    pub nodes: Nodes,
+    pub strain: Vec<T>,
+    pub normal: Vec<T>,
+    pub fits: Fits,
+    pub fit_weights: Vec<[T; 3]>,
     /// `[vertex]` places relative to the origin.
     pub places: Vec<V3<T>>,
     /// `[face]`
@@ -118,9 +118,7 @@ impl<T: Scalar> Forms<T> {
         let rounded = settings.compat == Compat::Madypg;
         places.par_iter_mut().zip(positions).with_min_len(CHUNK).for_each(|(place, p)| {
             let p = if rounded { p.as_vec3().as_dvec3() } else { *p };
-            let near = (p - origin).clamp(DVec3::splat(-FARTHEST), DVec3::splat(FARTHEST));
-            // A place that is no number stands for the origin.
-            *place = V3::of(if near.is_nan() { DVec3::ZERO } else { near });
+            *place = near(p, origin);
         });
         let places = &*places;
         face_forms.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(face, form)| {
@@ -173,6 +171,12 @@ impl<T: Scalar> Forms<T> {
             second: corner(forms.map(|f| form(f.second.map(|x| x * two)))),
         }
     }
+}
+
+/// A position relative to the origin; one that is no number stands for the origin.
+pub fn near<T: Scalar>(position: DVec3, origin: DVec3) -> V3<T> {
+    let near = (position - origin).clamp(DVec3::splat(-FARTHEST), DVec3::splat(FARTHEST));
+    V3::of(if near.is_nan() { DVec3::ZERO } else { near })
 }
 
 fn four<T: Scalar>(v: V3<T>) -> [T; 4] {

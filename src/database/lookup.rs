@@ -8,10 +8,11 @@ use crate::pattern::StrainTable;
 pub struct Lookup<T> {
     /// `[vertex][sy][sa][sx]` along u, v, height and twist. An axis sx of one node is doubled: neighbours along it are read
     /// as one.
-    values: Vec<[T; 4]>,
-    nodes: usize,
+    pub values: Vec<[T; 4]>,
+    /// Of a vertex.
+    pub nodes: usize,
     /// From a node to the next along sa and sy; 0 where an axis has but one.
-    strides: [usize; 2],
+    pub strides: [usize; 2],
 }
 
 /// Nodes along sx, at least two.

@@ -12,6 +12,8 @@ mod director;
 
 mod fabric;
 mod forms;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod lookup;
 mod madypg;
 mod nodes;

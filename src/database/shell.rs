@@ -5,7 +5,7 @@ use super::surface::{NONE, Surface};
 use crate::math::{Real, Scalar, V3};
 
 /// Faces that a displacement crosses at most; beyond, the last one is extrapolated.
-const MOST_CROSSED: usize = 8;
+pub const MOST_CROSSED: usize = 8;
 
 /// A place on the mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

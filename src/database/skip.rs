@@ -50,9 +50,9 @@ pub struct SkippedYarn {
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance<T> {
     /// Of components of I.
-    first: T,
+    pub first: T,
     /// Of components of twice II.
-    second: T,
+    pub second: T,
 }
 
 impl<T: Scalar> Tolerance<T> {

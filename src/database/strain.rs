@@ -7,23 +7,23 @@ use crate::pattern::StrainTable;
 /// Eigenvalues never go below this: strains have to be numbers.
 const LEAST_EIGENVALUE: f64 = 1e-4;
 /// Components of C beyond this say no more than this.
-const MOST: f64 = 1e6;
+pub const MOST: f64 = 1e6;
 /// Where MADYPG takes eigenvalues for equal, squared.
 const MADYPG_EQUAL: f64 = 1e-4;
 
 /// The table's axes as kernels search them.
 #[derive(Clone, Debug)]
 pub struct Axes<T> {
-    axes: [Axis<T>; 3],
-    least: f64,
+    pub axes: [Axis<T>; 3],
+    pub least: f64,
     compat: Compat,
 }
 
 #[derive(Clone, Debug)]
-struct Axis<T> {
-    nodes: Vec<T>,
+pub struct Axis<T> {
+    pub nodes: Vec<T>,
     /// One over the width of the interval that begins at each node but the last.
-    inverses: Vec<T>,
+    pub inverses: Vec<T>,
 }
 
 /// Where a strain lies in the table.

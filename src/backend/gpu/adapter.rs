@@ -118,7 +118,7 @@ impl Adapter {
     }
 
     /// Opens it.
-    pub(super) fn open(&self) -> Result<Device> {
+    pub(crate) fn open(&self) -> Result<Device> {
         let limits = self.0.limits();
         let exact = takes_spirv(&self.0);
         let mut wanted = self.0.features() & wgpu::Features::TIMESTAMP_QUERY;
@@ -165,7 +165,7 @@ fn keep(faults: &Mutex<Option<String>>, message: String) {
 
 /// An open adapter.
 #[derive(Debug)]
-pub(super) struct Device {
+pub(crate) struct Device {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
     pub limits: wgpu::Limits,

@@ -181,7 +181,7 @@ pub(super) fn parts(scene: &Scene, most: u64) -> Result<Vec<(Slice, Topology)>> 
 }
 
 /// Makes buffers, within the device's limits.
-pub(super) struct Maker<'a>(pub &'a Device);
+pub(crate) struct Maker<'a>(pub &'a Device);
 
 impl Maker<'_> {
     /// How many bytes of a buffer shaders see at most.

@@ -23,9 +23,16 @@ mod timer;
 pub mod trace;
 mod types;
 
+// What fabrics are worked on with too.
+pub(crate) use adapter::Device;
 pub use adapter::{Adapter, AdapterReport};
+pub(crate) use buffers::Maker;
 #[doc(hidden)]
 pub use counting::Counting;
+pub(crate) use pipeline::{Kind, bind_group, bind_group_layout, pipeline};
+pub(crate) use readback::{Readback, read};
+pub(crate) use shared::compile;
+pub(crate) use timer::Timer;
 
 use super::known::Known;
 use super::sight::Sight;
@@ -35,8 +42,6 @@ use crate::Result;
 use crate::knot::{Kernel, Settings, Solver, Start};
 use crate::math::V3;
 use crate::scene::Scene;
-use adapter::Device;
-use buffers::Maker;
 use curves::CurvesOnDevice;
 use exchange::vectors;
 use frame::Pending;
@@ -47,11 +52,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::{Duration, Instant};
-use timer::{PASSES, Timer};
+use timer::PASSES;
 use types::{Shaders, StitchType};
 
 /// Workgroups that a dispatch has at most on an axis, whatever the adapter.
-const MOST_GROUPS: u32 = 65_535;
+pub(crate) const MOST_GROUPS: u32 = 65_535;
 
 /// Steps of a Gauss-Newton solve where a driver ends a shader's loops without a word: as many as were compared, of all
 /// templates. Stitches come to about a thousand rounds a step.
@@ -242,7 +247,7 @@ impl GpuBackend {
         let parts: Vec<_> = parts.collect::<Result<_>>()?;
         let cross = CrossSeams::between(&scene, &parts);
         let (rests, firsts) = super::known_shapes(&scene, &kernels, &running.skip, start);
-        let timer = options.timed.then(|| Timer::new(&device)).flatten();
+        let timer = options.timed.then(|| Timer::new(&device, PASSES.len())).flatten();
         device.check()?;
         let twin = match options.on_cpu {
             OnCpu::Nothing | OnCpu::Surface => None,

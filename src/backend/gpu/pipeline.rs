@@ -5,13 +5,13 @@ use crate::Result;
 
 /// What a shader does with a buffer.
 #[derive(Clone, Copy)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     Uniform,
     Read,
     Write,
 }
 
-pub(super) fn bind_group_layout(device: &Device, name: &str, kinds: &[Kind]) -> wgpu::BindGroupLayout {
+pub(crate) fn bind_group_layout(device: &Device, name: &str, kinds: &[Kind]) -> wgpu::BindGroupLayout {
     let entry = |(binding, kind): (usize, &Kind)| wgpu::BindGroupLayoutEntry {
         binding: binding as u32,
         visibility: wgpu::ShaderStages::COMPUTE,
@@ -32,7 +32,7 @@ pub(super) fn bind_group_layout(device: &Device, name: &str, kinds: &[Kind]) -> 
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries: &entries })
 }
 
-pub(super) fn bind_group(
+pub(crate) fn bind_group(
     device: &Device,
     name: &str,
     layout: &wgpu::BindGroupLayout,
@@ -49,7 +49,7 @@ pub(super) fn bind_group(
 }
 
 /// A pipeline; what is wrong with its shader is an error here, not later.
-pub(super) fn pipeline(
+pub(crate) fn pipeline(
     device: &Device,
     layout: &wgpu::BindGroupLayout,
     module: &wgpu::ShaderModule,

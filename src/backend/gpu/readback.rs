@@ -10,7 +10,7 @@ const LONGEST: Duration = Duration::from_secs(120);
 
 /// A buffer that a frame's results come back in.
 #[derive(Debug)]
-pub(super) struct Readback(wgpu::Buffer);
+pub(crate) struct Readback(wgpu::Buffer);
 
 impl Readback {
     pub fn new(maker: &Maker, bytes: u64) -> Self {
@@ -58,7 +58,7 @@ impl Readback {
 }
 
 /// The floats of a whole buffer.
-pub(super) fn read(device: &Device, buffer: &wgpu::Buffer) -> Result<Vec<f32>> {
+pub(crate) fn read(device: &Device, buffer: &wgpu::Buffer) -> Result<Vec<f32>> {
     let back = Readback::new(&Maker(device), buffer.size());
     let mut encoder = device.device.create_command_encoder(&Default::default());
     back.copy(&mut encoder, &[(buffer, 0, buffer.size())]);

@@ -50,11 +50,11 @@ pub(super) fn functions() -> impl Iterator<Item = (&'static str, &'static str)> 
     FILES.iter().flat_map(of_file)
 }
 
-fn file(stem: &str) -> &'static str {
+pub(crate) fn file(stem: &str) -> &'static str {
     FILES.iter().find(|(name, _)| *name == stem).expect("a shader's stem").1
 }
 
-fn workgroup(size: u32) -> String {
+pub(crate) fn workgroup(size: u32) -> String {
     format!("const WORKGROUP: u32 = {size}u;\n")
 }
 

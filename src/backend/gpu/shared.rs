@@ -42,7 +42,7 @@ impl SharedKernels {
 }
 
 /// A module of such kernels.
-pub(super) fn compile(
+pub(crate) fn compile(
     device: &Device,
     options: &GpuOptions,
     name: &str,

@@ -10,19 +10,23 @@ pub(super) const PASSES: [&str; 5] = ["surface", "choose", "stitches", "seams", 
 
 /// Timestamps at the beginning and the end of each pass.
 #[derive(Debug)]
-pub(super) struct Timer {
+pub(crate) struct Timer {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     back: Readback,
     /// Nanoseconds a tick.
     period: f32,
+    passes: usize,
 }
 
-const BYTES: u64 = 16 * PASSES.len() as u64;
+/// Of the timestamps of so many passes.
+fn bytes(passes: usize) -> u64 {
+    16 * passes as u64
+}
 
 impl Timer {
-    /// A timer, where the device takes timestamps.
-    pub fn new(device: &Device) -> Option<Self> {
+    /// A timer of so many passes, where the device takes timestamps.
+    pub fn new(device: &Device, passes: usize) -> Option<Self> {
         if !device.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
             return None;
         }
@@ -30,13 +34,14 @@ impl Timer {
         let set = device.device.create_query_set(&wgpu::QuerySetDescriptor {
             label: Some("timestamps"),
             ty: wgpu::QueryType::Timestamp,
-            count: 2 * PASSES.len() as u32,
+            count: 2 * passes as u32,
         });
         Some(Self {
             set,
-            resolved: maker.timestamps(BYTES),
-            back: Readback::new(&maker, BYTES),
+            resolved: maker.timestamps(bytes(passes)),
+            back: Readback::new(&maker, bytes(passes)),
             period: device.queue.get_timestamp_period(),
+            passes,
         })
     }
 
@@ -52,15 +57,15 @@ impl Timer {
 
     /// Puts the timestamps of the passes into words.
     pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
-        encoder.resolve_query_set(&self.set, 0..2 * PASSES.len() as u32, &self.resolved, 0);
-        self.back.copy(encoder, &[(&self.resolved, 0, BYTES)]);
+        encoder.resolve_query_set(&self.set, 0..2 * self.passes as u32, &self.resolved, 0);
+        self.back.copy(encoder, &[(&self.resolved, 0, bytes(self.passes))]);
     }
 
     /// Seconds of each pass.
-    pub fn seconds(&self, device: &Device) -> Result<[f64; PASSES.len()]> {
-        let mut seconds = [0.0; PASSES.len()];
-        self.back.wait(device, |bytes| {
-            let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes[..BYTES as usize]);
+    pub fn seconds(&self, device: &Device) -> Result<Vec<f64>> {
+        let mut seconds = vec![0.0; self.passes];
+        self.back.wait(device, |words| {
+            let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&words[..bytes(self.passes) as usize]);
             for (seconds, ends) in seconds.iter_mut().zip(ticks.chunks_exact(2)) {
                 // A clock that was set back in between says nothing.
                 *seconds = ends[1].saturating_sub(ends[0]) as f64 * f64::from(self.period) * 1e-9;
