@@ -9,8 +9,8 @@ use super::skip::Visible;
 use super::{Console, Ending};
 use knotmesh::backend::middle;
 use knotmesh::database::{
-    Bending, Compat, Cpu, Fabric, FabricCurves, FaceWeights, RunningYarn, Settings, SkippedYarn, Woven,
-    YarnFrame,
+    Bending, Compat, Fabric, FabricCurves, FabricDevice, FabricRecipe, FaceWeights, RunningYarn, Settings,
+    SkippedYarn, Weaver, Woven, YarnFrame,
 };
 use knotmesh::io::curves::{CurveFormat, FrameWriter, WriteOptions, open_frame_writer};
 use knotmesh::io::fabric_result::{FabricWriter, Written};
@@ -129,6 +129,8 @@ struct Report<'a> {
     points: usize,
     frames: Vec<FrameReport>,
     peak_memory_bytes: Option<u64>,
+    /// The GPU adapter that frames were worked out on, at the end; null for the CPU.
+    adapter: Option<String>,
     files: Vec<PathBuf>,
     seconds: Seconds,
 }
@@ -207,7 +209,13 @@ impl Job<'_> {
             width: arguments.skip.width(),
             skip: arguments.skip.skip_yarn(),
         };
-        let mut cpu = Cpu::<T>::new(self.fabric.clone(), running)?;
+        let recipe =
+            FabricRecipe { fabric: self.fabric.clone(), running, adapter: arguments.device.adapter.clone() };
+        let mut weaver = FabricDevice::<T>::new(recipe, arguments.device.device.into())?;
+        if let Some(adapter) = weaver.adapter() {
+            self.console.say(format_args!("working on {adapter}"));
+        }
+        self.name_notes(&mut weaver);
         let visible = arguments.skip.visible.as_ref();
         let polygons = self.cloth.mesh.source_count();
         let mut visible = visible.map(|path| Visible::open(path, polygons, count)).transpose()?;
@@ -215,7 +223,7 @@ impl Job<'_> {
         if range.start > 0 {
             // Places are relative to what those of a run of all frames are: the bytes are the same.
             self.cloth.read(0, &mut positions)?;
-            cpu.set_origin(middle(&positions));
+            weaver.set_origin(middle(&positions));
         }
         let mut sinks: Vec<Sink> = Vec::new();
         let mut output = YarnFrame::default();
@@ -227,11 +235,12 @@ impl Job<'_> {
             self.cloth.read(frame, &mut positions)?;
             if let Some(visible) = &mut visible {
                 self.cloth.by_face(visible.read(frame)?, &mut faces);
-                cpu.set_visible(Some(&faces))?;
+                weaver.set_visible(Some(&faces))?;
             }
             self.seconds.read_frames += began.elapsed().as_secs_f64();
             let began = Instant::now();
-            cpu.frame(&positions, &mut output)?;
+            weaver.frame(&positions, &mut output)?;
+            self.name_notes(&mut weaver);
             self.seconds.solve += began.elapsed().as_secs_f64();
             if output.outside > outside.0 {
                 outside = (output.outside, frame);
@@ -240,8 +249,14 @@ impl Job<'_> {
             if sinks.is_empty() {
                 sinks = self.open(&output, range.len(), count > 1)?;
             }
+            let results = sinks.iter().any(|s| matches!(s.writer, Writer::Result(_)));
+            let directors = if results { weaver.directors(&positions, &output)? } else { Vec::new() };
             for sink in &mut sinks {
-                sink.frame(&self.fabric, &cpu, frame, &output, self.cloth.unit)?;
+                let curves = FabricCurves::new(&self.fabric, &output, sink.subdivide, self.cloth.unit);
+                match &mut sink.writer {
+                    Writer::Curves(writer) => writer.frame(frame, &curves)?,
+                    Writer::Result(writer) => writer.frame(&curves, &output, &directors)?,
+                }
             }
             self.seconds.write += began.elapsed().as_secs_f64();
             reports.push(FrameReport { frame, outside: output.outside, skipped: output.skipped });
@@ -280,12 +295,19 @@ impl Job<'_> {
                 points: fabric.point_count(),
                 frames: reports,
                 peak_memory_bytes: peak_memory(),
+                adapter: weaver.adapter().map(str::to_string),
                 files,
                 seconds: self.seconds,
             };
             write_json(path, &report)?;
         }
         Ok(Ending::Done)
+    }
+
+    fn name_notes<T: Woven>(&self, weaver: &mut FabricDevice<T>) {
+        for note in weaver.notes() {
+            self.console.warn(note);
+        }
     }
 
     fn open<T: Woven>(&self, output: &YarnFrame<T>, frames: usize, sequence: bool) -> Result<Vec<Sink>> {
@@ -318,21 +340,6 @@ enum Writer {
 }
 
 impl Sink {
-    fn frame<T: Woven>(
-        &mut self,
-        fabric: &Fabric,
-        cpu: &Cpu<T>,
-        frame: usize,
-        output: &YarnFrame<T>,
-        unit: f64,
-    ) -> Result<()> {
-        let curves = FabricCurves::new(fabric, output, self.subdivide, unit);
-        match &mut self.writer {
-            Writer::Curves(writer) => writer.frame(frame, &curves),
-            Writer::Result(writer) => writer.frame(&curves, output, &cpu.directors(output)),
-        }
-    }
-
     fn finish(self) -> Result<Vec<PathBuf>> {
         match self.writer {
             Writer::Curves(writer) => writer.finish(),

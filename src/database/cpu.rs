@@ -6,7 +6,7 @@ use super::forms::{FaceFrame, Form, Forms};
 use super::lookup::Lookup;
 use super::shell::{FaceMap, Place, followed, lifted, shifted, strain};
 use super::strain::Axes;
-use super::{Compat, skip};
+use super::{Compat, FabricRecipe, FoundWeaver, skip};
 use crate::Result;
 use crate::backend::{Scatter, middle};
 use crate::math::{Real, Scalar, V3, Wide, Width};
@@ -82,19 +82,31 @@ pub trait Woven: Scalar {
     /// Works on a chunk.
     #[doc(hidden)]
     fn weave(width: Width, chunk: Chunk<Self>);
+    /// A weaver on a GPU, of hardware unless `software` will do.
+    #[doc(hidden)]
+    fn gpu(recipe: &FabricRecipe, software: bool) -> Result<FoundWeaver<Self>>;
 }
 
 macro_rules! woven {
-    ($($t:ty),*) => {$(
+    ($t:ty, $gpu:expr) => {
         impl Woven for $t {
             #[inline(never)]
             fn weave(width: Width, chunk: Chunk<Self>) {
                 Self::widen(width, chunk);
             }
+            fn gpu(recipe: &FabricRecipe, software: bool) -> Result<FoundWeaver<Self>> {
+                $gpu(recipe, software)
+            }
         }
-    )*};
+    };
 }
-woven!(f32, f64);
+woven!(f32, super::device::gpu);
+woven!(f64, |recipe: &FabricRecipe, software: bool| {
+    if software || recipe.adapter.is_some() {
+        return Err(crate::Error::invalid("GPUs work in f32: expected --precision f32"));
+    }
+    Ok(None)
+});
 
 /// Turns the mesh of a frame into yarn on the CPU.
 pub struct Cpu<T: Woven> {

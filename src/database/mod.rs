@@ -8,6 +8,7 @@
 mod cpu;
 mod curvature;
 mod curves;
+mod device;
 mod director;
 
 mod fabric;
@@ -27,6 +28,7 @@ mod tiling;
 pub use cpu::{Cpu, RunningYarn, SkipYarn, SkippedYarn, Trace, Woven, YarnFrame};
 
 pub use curves::FabricCurves;
+pub use device::{FabricDevice, FabricRecipe, FoundWeaver, Weaver, WeaverOnGpu};
 pub use fabric::Fabric;
 pub use forms::Form;
 pub use shell::Place;

@@ -7,6 +7,7 @@
 //! are none of.
 
 mod buffers;
+mod director;
 mod kernels;
 pub mod layout;
 pub mod shader;
