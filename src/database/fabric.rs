@@ -27,6 +27,8 @@ pub struct Fabric {
     pub tiles: Vec<IVec2>,
     /// `[point]` the period it belongs to, number into `tiles`.
     pub point_tiles: Vec<u32>,
+    /// `[face]` the polygon it is a part of ([`MaterialMesh::sources`]); empty where all are.
+    sources: Vec<u32>,
     pub(super) surface: Surface,
     pub(super) nodes: Nodes,
     /// `[row]` the pattern's vertex, its height and its twist at rest.
@@ -95,6 +97,7 @@ impl Fabric {
             yarn_offsets: strands.offsets,
             yarn_closed: strands.closed,
             vertex_count: mesh.positions.len(),
+            sources: mesh.sources.clone(),
             settings,
             model,
             tiles,
@@ -148,6 +151,12 @@ impl Fabric {
             }
         }
         all
+    }
+
+    /// `[point]` the polygon that it lies in at rest, as the mesh's source numbers them.
+    pub fn point_polygons(&self) -> Vec<u32> {
+        let source = |face: u32| self.sources.get(face as usize).copied().unwrap_or(face);
+        self.point_faces().into_iter().map(source).collect()
     }
 
     /// `[point]` rest length along its yarn up to it, metres.

@@ -45,7 +45,8 @@ impl FabricWriter {
         } else {
             NpzPrecision::F64
         };
-        let (lengths, vertices, faces) = (fabric.arclengths(), fabric.point_vertices(), fabric.point_faces());
+        let (lengths, vertices, faces) =
+            (fabric.arclengths(), fabric.point_vertices(), fabric.point_polygons());
         let rest = &fabric.model.pattern.rest_lengths;
         let (mut offsets, mut points, mut arclength) = (vec![0u32], Vec::new(), Vec::new());
         for yarn in 0..fabric.yarn_count() {
