@@ -1,6 +1,6 @@
 //! `relax --backend database`: the precomputed method of Sperl et al. 2021.
 
-use super::cloth::Cloth;
+use super::cloth::{Cloth, Count};
 use super::outputs;
 use super::progress::Progress;
 use super::relax::{Arguments, PrecisionName};
@@ -50,9 +50,14 @@ pub struct DatabaseArguments {
     /// Results of the authors' program, its faults included.
     #[arg(long, value_enum, requires = "model")]
     pub compat: Option<CompatName>,
-    /// Metres of a world unit: positions and material coordinates are multiplied.
-    #[arg(long, default_value_t = 1.0, requires = "model")]
-    pub scale: f64,
+    /// Metres of a world unit: positions and material coordinates are multiplied (1 if not given). Of a stitch mesh its
+    /// positions only; if not given, they are such that it has the pattern's area at rest.
+    #[arg(long, requires = "model")]
+    pub scale: Option<f64>,
+    /// Stitches along the course and rows that one period of the pattern holds, for stitch meshes; read off plain knits and ribs
+    /// if not given.
+    #[arg(long, value_name = "COLUMNSxROWS", requires = "model")]
+    pub pattern_stitches: Option<Count>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -151,8 +156,8 @@ pub fn run(arguments: &Arguments, model: &Path, console: Console) -> Result<Endi
     let began = Instant::now();
     let progress = Progress::new(console.quiet);
     progress.stage("reading");
-    let cloth = Cloth::open(arguments)?;
     let yarn_model = yarn_model::read(model)?;
+    let cloth = Cloth::open(arguments, &yarn_model.pattern)?;
     let mut seconds = Seconds { parse: began.elapsed().as_secs_f64(), ..Seconds::default() };
     progress.stage("laying the pattern");
     let laying = Instant::now();

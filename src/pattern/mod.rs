@@ -1,6 +1,7 @@
 //! A periodic yarn pattern and how its yarn is displaced under strain: the precomputed data of Sperl, Narain and Wojtan
 //! 2021, "Mechanics-Aware Deformation of Yarn Pattern Geometry". Plain data; files are read and written in [`crate::io`].
 
+mod stitches;
 mod table;
 
 pub use table::{AXES, StrainTable};

@@ -1,11 +1,13 @@
 //! A scene: mesh and library compiled once into flat arrays sorted by stitch type; never changed after.
 
 mod chain;
+mod material;
 mod stencil;
 mod terms;
 mod visible;
 
 pub use chain::{NO_SLOT as NO_SECOND_SLOT, StrandEnd, StrandPlace, Yarns};
+pub use material::{laid_flat, natural_unit};
 pub use stencil::{Role, Stencil, StencilPoint};
 pub use terms::{NOT_OWN, OwnCosine, OwnLength, Term, Terms};
 pub use visible::{Camera, visible_faces};
