@@ -17,26 +17,26 @@ fn close(a: array<vec4<f32>, 3>, b: array<vec4<f32>, 3>, within: f32) -> bool {
 
 // Says what changed. A strain within the tolerance is not taken over, so that slow changes add up to one that is seen.
 fn update(face: u32, continued: bool) -> u32 {
-    let new = face_frame(face);
+    let fresh = face_frame(face);
     if !continued {
-        frames[face] = new;
+        frames[face] = fresh;
         return STRAIN | FRAME;
     }
     let old = frames[face];
-    let same = same3(old.first, new.first) && same3(old.second, new.second);
-    let near = close(old.first, new.first, settings.within_first)
-        && close(old.second, new.second, settings.within_second);
+    let same = same3(old.first, fresh.first) && same3(old.second, fresh.second);
+    let near = close(old.first, fresh.first, settings.within_first)
+        && close(old.second, fresh.second, settings.within_second);
     let known = (settings.unmoved != 0u && same) || (settings.rigid != 0u && near);
     let stays = settings.unmoved != 0u
-        && same3(old.place, new.place)
-        && same3(old.phong, new.phong)
-        && same3(old.normal, new.normal);
-    frames[face].place = new.place;
-    frames[face].phong = new.phong;
-    frames[face].normal = new.normal;
+        && same3(old.place, fresh.place)
+        && same3(old.phong, fresh.phong)
+        && same3(old.normal, fresh.normal);
+    frames[face].place = fresh.place;
+    frames[face].phong = fresh.phong;
+    frames[face].normal = fresh.normal;
     if !known {
-        frames[face].first = new.first;
-        frames[face].second = new.second;
+        frames[face].first = fresh.first;
+        frames[face].second = fresh.second;
         return STRAIN | FRAME;
     }
     return select(FRAME, 0u, stays);

@@ -11,6 +11,7 @@ use knotmesh::backend::gpu::layout::{
     self, COUNTS, Counts, CurveSizes, KnotWords, Lists, ResultWords, Settings, Sizes, Variant,
 };
 use knotmesh::backend::gpu::shader;
+use knotmesh::database::gpu::shader as fabric;
 use knotmesh::knot::table::{Block, GROUP, Grid, Table};
 use knotmesh::knot::{self, Kernel, Solver, Status};
 use knotmesh::scene::{Mode, NOT_OWN, Role, Stencil, Term};
@@ -325,6 +326,7 @@ fn tables() {
 fn texts() -> Vec<String> {
     let grid = Grid::default();
     let mut texts = vec![shader::surface(64), shader::curve(64)];
+    texts.extend([fabric::forms(64), fabric::frames(64), fabric::yarn(64)]);
     for mode in [Mode::Relax, Mode::Embed] {
         for solver in [Solver::Safeguarded, Solver::GaussNewton] {
             let kernels = kernels(mode, &knot::Settings { solver, ..knot::Settings::default() });

@@ -7,6 +7,7 @@
 
 use knotmesh::backend::gpu::layout::{Counts, Variant};
 use knotmesh::backend::gpu::shader;
+use knotmesh::database::gpu::shader as fabric;
 use knotmesh::knot::table::Grid;
 use knotmesh::knot::{self, Kernel};
 use knotmesh::scene::{Mode, Stencil};
@@ -108,7 +109,7 @@ fn loops(text: &str) -> (usize, usize) {
 }
 
 /// Shaders that serve all stitch types: counts come with them.
-fn texts() -> [String; 5] {
+fn texts() -> [String; 8] {
     let stencil = |t| Stencil::new(t, Mode::Relax, Coordinates::MeanValue);
     let library = TemplateLibrary::embedded();
     let kernels = library.templates().iter().map(|t| {
@@ -132,17 +133,22 @@ fn texts() -> [String; 5] {
         shader::surface(64),
         shader::arguments(64),
         shader::curve(64),
+        fabric::forms(64),
+        fabric::frames(64),
+        fabric::yarn(64),
     ]
 }
 
 #[test]
 fn end_whatever_buffers_hold() {
-    let [stitch, select, surface, arguments, curve] = texts().map(|text| loops(&text));
-    assert_eq!([stitch.1, select.1, surface.1, arguments.1, curve.1], [0; 5]);
+    let all = texts().map(|text| loops(&text));
+    assert_eq!(all.map(|(_, wild)| wild), [0; 8]);
+    let [stitch, select, surface, _, curve, forms, _, yarn] = all;
     assert!(
         stitch.0 > 50 && select.0 > 5 && surface.0 > 3 && curve.0 > 1,
         "{stitch:?} {select:?} {surface:?}"
     );
+    assert!(forms.0 == 3 && yarn.0 > 3, "{forms:?} {yarn:?}");
 }
 
 #[test]
@@ -160,6 +166,9 @@ fn clamps_taken_away() {
             "min(topology[sizes.group_offsets + group + 1u] - begin, sizes.most_around)",
             "topology[sizes.group_offsets]",
         ),
+        ("min(nodes[node + 1u].normal - begin, settings.most_shares)", "nodes[node + 1u].normal - begin"),
+        ("min(nodes[node + 1u].strain - begin, settings.most_shares)", "nodes[node + 1u].strain - begin"),
+        ("min(nodes[node + 1u].fit - begin, settings.most_fits)", "nodes[node + 1u].fit - begin"),
     ] {
         assert!(all.contains(from), "{from} is in no shader");
         let found: usize = texts().map(|text| loops(&text.replace(from, to)).1).iter().sum();

@@ -158,7 +158,7 @@ pub struct FaceFrame {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Step {
-    /// The face, or [`surface::NONE`].
+    /// The face, or `NONE`.
     pub face: u32,
     /// Its corners, two bits each.
     pub corners: u32,

@@ -39,7 +39,6 @@ pub struct GpuYarn {
 }
 
 /// Turns the mesh of a frame into yarn on a GPU, in f32.
-#[derive(Debug)]
 pub struct Gpu {
     fabric: Arc<Fabric>,
     device: Device,
@@ -167,13 +166,14 @@ impl Gpu {
         self.counts_back.wait(&self.device, |words| {
             counts.copy_from_slice(bytemuck::cast_slice(&words[..COUNTS as usize]));
         })?;
-        self.points_back.wait(&self.device, |words| {
-            take(bytemuck::cast_slice(&words[..bytes as usize]), output);
-        })?;
         self.times.clear();
         if let Some(timer) = &self.timer {
             self.times.extend(PASSES.into_iter().zip(timer.seconds(&self.device)?));
         }
+        // Last: whatever fails before leaves the output as it was.
+        self.points_back.wait(&self.device, |words| {
+            take(bytemuck::cast_slice(&words[..bytes as usize]), output);
+        })?;
         let [unmoved, rigid, hidden, outside] = counts.map(|count| count as usize);
         output.skipped = SkippedYarn { unmoved, rigid, hidden };
         output.outside = outside;
