@@ -5,7 +5,7 @@ use super::tiling::{Instance, Laid};
 use glam::{DVec2, IVec2};
 use std::collections::HashMap;
 
-/// Edges that a way to the next vertex crosses at most.
+/// Faces that a way to the next vertex is looked for in at most.
 const MOST_CROSSED: usize = 64;
 
 /// The yarns of a fabric.
@@ -62,29 +62,36 @@ impl<'a> Finder<'a> {
         }
         // Beyond this chart: straight on over the mesh, with the pattern.
         let way = self.laid.ways[vertex as usize];
-        let mut face = instance.face as usize;
+        let face = instance.face as usize;
         let [first, second] = self.surface.inverses[face];
         let (b, c) = (instance.barycentric[0] + first.dot(way), instance.barycentric[1] + second.dot(way));
-        let mut all = [1.0 - b - c, b, c];
-        let mut cell = instance.cell + tile;
-        for _ in 0..MOST_CROSSED {
-            let chart = self.surface.charts[face];
-            if let Some(next) = self.find(chart, cell, to) {
+        // On an edge or at a vertex any face there may be the one to go on from: all are tried, the farthest beyond first.
+        let mut waiting = vec![([1.0 - b - c, b, c], face, instance.cell + tile)];
+        let mut seen: Vec<(usize, IVec2)> = Vec::new();
+        while let Some((all, face, cell)) = waiting.pop() {
+            if seen.contains(&(face, cell)) {
+                continue;
+            }
+            if seen.len() == MOST_CROSSED {
+                break;
+            }
+            seen.push((face, cell));
+            if let Some(next) = self.find(self.surface.charts[face], cell, to) {
                 return Some(next);
             }
             let mut outside: Vec<usize> = (0..3).filter(|k| all[*k] < 1e-9).collect();
-            outside.sort_by(|a, b| all[*a].total_cmp(&all[*b]));
-            let (across, k, periods) = outside.into_iter().find_map(|opposite| {
+            outside.sort_by(|a, b| all[*b].total_cmp(&all[*a]));
+            for opposite in outside {
                 let k = (opposite + 1) % 3;
                 let across = &self.surface.across[face][k];
-                Surface::periods(across, size).map(|periods| (across, k, periods))
-            })?;
-            let [p, q, r] = [all[k], all[(k + 1) % 3], all[(k + 2) % 3]];
-            let mut there = [0.0; 3];
-            for ((corner, opposite), own) in across.corners.iter().zip(across.opposite).zip([p, q, 0.0]) {
-                there[*corner as usize] = own + r * opposite;
+                let Some(periods) = Surface::periods(across, size) else { continue };
+                let [p, q, r] = [all[k], all[(k + 1) % 3], all[(k + 2) % 3]];
+                let mut there = [0.0; 3];
+                for ((corner, opposite), own) in across.corners.iter().zip(across.opposite).zip([p, q, 0.0]) {
+                    there[*corner as usize] = own + r * opposite;
+                }
+                waiting.push((there, across.face as usize, cell + periods));
             }
-            (all, face, cell) = (there, across.face as usize, cell + periods);
         }
         None
     }

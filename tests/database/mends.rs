@@ -57,6 +57,7 @@ fn eigenvalues_are_clamped_exactly() {
 }
 
 /// Sharp folds make `I - 2 h II` indefinite; what is looked up stays a strain, also without a bound of the eigenvalues.
+/// Seen red with the bound applied to the diagonal.
 #[test]
 fn strains_stay_positive() {
     let mesh = fabric::sheet([12, 12], DVec2::splat(0.06));
@@ -122,7 +123,7 @@ fn displaced_points_move_to_the_neighbour() {
 }
 
 /// A model whose vertices all lie on lines that the mesh's edges lie on.
-fn on_lines() -> knotmesh::pattern::YarnModel {
+pub fn on_lines() -> knotmesh::pattern::YarnModel {
     let mut model = fabric::model(8, 3);
     model.pattern.size = DVec2::splat(1.0 / 64.0);
     model.pattern.radius = 1e-4;
@@ -133,16 +134,15 @@ fn on_lines() -> knotmesh::pattern::YarnModel {
     model
 }
 
-/// Points on borders of triangles are there once. Seen red with claims of border points not compared.
+/// Points on borders of triangles are there once. Seen red with faces that hold only what lies inside them, and with border
+/// points taken where MADYPG drops them.
 #[test]
 fn border_points_are_there_once() {
     // Edges every 1/512 m, diagonals through the lattice as well: every vertex of the pattern is a vertex of the mesh.
     let mesh = fabric::sheet([64, 64], DVec2::splat(1.0 / 8.0));
-    let expected = 8 * 8 * 16 + 16 * 4 + 1;
     let laid: Laid<f64> = laid(&mesh, on_lines(), DEFAULT, &mesh.positions);
     let places = laid.places();
     // Columns 0 to 64 of rows 0 to 15, and the border row above, each of which is a yarn.
-    let _ = expected;
     assert_eq!(places.len(), 65 * 17);
     for ((tile, vertex), place) in &places {
         let at = tile.as_dvec2() / 64.0
@@ -194,7 +194,8 @@ fn directors_are_turned_by_the_twist() {
     assert!(lengths.iter().any(|d| (d.to_f64().length() - 1.0).abs() > 0.05));
 }
 
-/// At rest nothing but the table's displacement at zero strain (none here) is added: the pattern lies as it was laid.
+/// At rest nothing but the table's displacement at zero strain (none here) is added: the pattern lies as it was laid. Seen red
+/// with barycentric coordinates exchanged.
 #[test]
 fn rest_is_the_pattern() {
     let mesh = fabric::sheet([12, 12], DVec2::splat(0.09));
@@ -208,7 +209,7 @@ fn rest_is_the_pattern() {
     assert_eq!(laid.frame.outside, 0);
 }
 
-/// Points beyond the table's strains are counted.
+/// Points beyond the table's strains are counted. Seen red with those above it left out.
 #[test]
 fn strains_outside_are_counted() {
     let mesh = fabric::sheet([12, 12], DVec2::splat(0.09));
