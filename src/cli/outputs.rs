@@ -29,7 +29,10 @@ pub fn check(arguments: &Arguments) -> Result<()> {
             return Err(Error::invalid(format_args!("{}: its folder does not exist", path.display())));
         }
         let place = same(path);
-        if inputs.contains(&place) {
+        // A model is a folder of files.
+        let model = arguments.database.model.as_deref().map(same);
+        let within = model.is_some_and(|folder| place.is_file() && place.starts_with(folder));
+        if within || inputs.contains(&place) {
             return Err(Error::invalid(format_args!("{}: an output would replace an input", path.display())));
         }
         // Devices take any number of outputs.
