@@ -1,5 +1,5 @@
 //! `--compat madypg` against what the authors' program computed on its own data, stage by stage. Needs `KNOTMESH_DATA`;
-//! `tests/database.rs` covers the method without.
+//! `tests/database/` covers the method without.
 
 mod common;
 
@@ -155,8 +155,8 @@ fn compare(data: &Path, case: &Case) {
     }
 }
 
-/// Seen red with the angle across edges halved, the 0.99 left out, border points taken, the strict clamp, and
-/// normals left unweighted.
+/// Seen red with the angle across edges halved, the 0.99 left out, points taken that lie up to 1e-5 beyond a triangle,
+/// the exact clamp, and normals left unweighted.
 #[test]
 #[cfg_attr(not(knotmesh_data), ignore = "KNOTMESH_DATA is not set")]
 fn every_reference() {
