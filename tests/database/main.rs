@@ -10,6 +10,7 @@ mod frames;
 mod invariants;
 mod mends;
 mod seams;
+mod stitches;
 
 use glam::{DVec3, IVec2};
 use knotmesh::database::{Cpu, Fabric, RunningYarn, Settings, SkipYarn, Woven, YarnFrame};
