@@ -4,12 +4,15 @@
 
 use crate::case::{Case, Motion, rolled, tube, uneven};
 use crate::common::Random;
+use crate::common::data;
 use crate::common::fabric::{PERIOD, model, sheet, waved};
 use crate::common::gpu::adapter;
 use glam::{DVec2, DVec3};
 use knotmesh::backend::gpu::GpuOptions;
 use knotmesh::database::gpu::GpuYarn;
 use knotmesh::database::{Bending, FaceWeights, Settings, SkipYarn};
+use knotmesh::io::sequence::Sequence;
+use knotmesh::io::yarn_model;
 use knotmesh::mesh::MaterialMesh;
 use knotmesh::pattern::YarnModel;
 
@@ -134,6 +137,32 @@ fn of_wild_meshes() {
         }
     }
     assert!(outside > 0, "some strains are outside the table");
+}
+
+/// Cloth of the authors, where `KNOTMESH_DATA` names its folder.
+#[test]
+fn of_real_files() {
+    let (Some(adapter), Some(data)) = (adapter(), data()) else { return };
+    let data = data.join("madypg");
+    for (model, name) in [
+        ("stock", "stock_stretchX"),
+        ("rib", "rib_stretchX"),
+        ("honey", "honey_stretchY"),
+        ("stock", "synth_twist"),
+        ("stock", "synth_sleeve"),
+        ("basket", "shear_grid_x"),
+    ] {
+        let model = yarn_model::read(&data.join(format!("models/model_{model}_9"))).unwrap();
+        let mut sequence = Sequence::open(&data.join(format!("sequences/{name}.bin"))).unwrap();
+        let last = sequence.len() - 1;
+        let mesh = sequence.mesh().clone();
+        let motions = [0, last / 2, last].map(|frame| {
+            let mut positions = Vec::new();
+            sequence.read(frame, &mut positions).unwrap();
+            positions
+        });
+        Case::new(&mesh, model, Settings::default(), motions).agrees(&adapter, name);
+    }
 }
 
 #[test]

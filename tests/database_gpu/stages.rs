@@ -5,7 +5,7 @@ use crate::common::fabric::PERIOD;
 use crate::common::gpu::adapter;
 use glam::DVec2;
 use knotmesh::backend::gpu::GpuOptions;
-use knotmesh::database::gpu::layout::{BYTES_OF_A_YARN_VERTEX, FaceForm, NodeForm, Place};
+use knotmesh::database::gpu::layout::{FaceForm, NodeForm, Place};
 use knotmesh::database::gpu::{Gpu, GpuYarn};
 use knotmesh::database::{Cpu, Form, RunningYarn, Settings, YarnFrame};
 use knotmesh::math::V3;
@@ -87,9 +87,4 @@ fn name_the_fault() {
             assert_eq!(stages.first(), Some(&first), "{to}");
         }
     }
-}
-
-#[test]
-fn a_yarn_vertex_takes_64_bytes_at_most() {
-    assert!(BYTES_OF_A_YARN_VERTEX <= 64, "{BYTES_OF_A_YARN_VERTEX}");
 }

@@ -223,6 +223,8 @@ pub struct YarnPoint {
 /// Bytes of the device for each yarn vertex.
 pub const BYTES_OF_A_YARN_VERTEX: usize = size_of::<Home>() + size_of::<Place>() + size_of::<YarnPoint>();
 
+const _: () = assert!(BYTES_OF_A_YARN_VERTEX <= 64);
+
 /// The constants that both sides use.
 pub fn constants() -> String {
     // Shortest digits that read back as the same f32.
