@@ -459,8 +459,8 @@ impl<T: Scalar> Chunk<'_, '_, T> {
             for at in (first..first + count).step_by(R::LANES) {
                 let [b, c] = block.barycentric.each_ref().map(|b| R::load(&b[at..]));
                 let strain = strain(frame, b, c, R::load(&block.height[at..]));
-                for k in 0..3 {
-                    strain[k].store(&mut block.strain[k][at..]);
+                for (strain, all) in strain.iter().zip(&mut block.strain) {
+                    strain.store(&mut all[at..]);
                 }
             }
         }
@@ -519,7 +519,7 @@ impl<T: Scalar> Chunk<'_, '_, T> {
             }
             for lane in 0..R::LANES.min(end - at) {
                 let home = block.begin + at + lane;
-                let [x, y, z, b, c, height, left] = [0, 1, 2, 3, 4, 5, 6].map(|k| out[k][lane]);
+                let [x, y, z, b, c, height, left] = out.each_ref().map(|values| values[lane]);
                 let mut point = V3::new(x, y, z);
                 let mut place = Place { face, barycentric: [b, c], height };
                 if left != T::zero() {

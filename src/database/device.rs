@@ -153,7 +153,7 @@ impl<T: Woven> FabricDevice<T> {
     }
 
     /// Puts the CPU in the GPU's place.
-    fn to_cpu(&mut self, fault: &crate::Error) -> Result<()> {
+    fn take_cpu(&mut self, fault: &crate::Error) -> Result<()> {
         let mut cpu = Cpu::<T>::new(self.recipe.fabric.clone(), self.recipe.running.clone())?;
         if let Some(origin) = self.origin {
             cpu.set_origin(origin);
@@ -171,7 +171,7 @@ impl<T: Woven> Weaver<T> for FabricDevice<T> {
         self.recipe.fabric.check_positions(positions)?;
         match self.weaver.frame(positions, output) {
             Err(fault) if self.passes() => {
-                self.to_cpu(&fault)?;
+                self.take_cpu(&fault)?;
                 self.weaver.frame(positions, output)?;
             }
             result => result?,
@@ -184,7 +184,7 @@ impl<T: Woven> Weaver<T> for FabricDevice<T> {
         self.recipe.fabric.check_visible(visible)?;
         self.visible = visible.map(<[bool]>::to_vec);
         match self.weaver.set_visible(visible) {
-            Err(fault) if self.passes() => self.to_cpu(&fault),
+            Err(fault) if self.passes() => self.take_cpu(&fault),
             result => result,
         }
     }
@@ -197,7 +197,7 @@ impl<T: Woven> Weaver<T> for FabricDevice<T> {
     fn directors(&mut self, positions: &[DVec3], frame: &YarnFrame<T>) -> Result<Vec<V3<T>>> {
         match self.weaver.directors(positions, frame) {
             Err(fault) if self.passes() => {
-                self.to_cpu(&fault)?;
+                self.take_cpu(&fault)?;
                 // Where points lie on the mesh is the frame's own business.
                 let mut again = YarnFrame::default();
                 self.weaver.frame(positions, &mut again)?;

@@ -290,8 +290,8 @@ fn average<T: Scalar>(form: &mut Form<T>, faces: &[Form<T>], shares: &Shares, we
     let (mut first, mut second) = ([T::zero(); 3], [T::zero(); 3]);
     for i in shares.offsets[node] as usize..shares.offsets[node + 1] as usize {
         let (face, weight) = (&faces[shares.faces[i] as usize], weights[i]);
-        for k in 0..2 {
-            gradient[k] = gradient[k] + face.gradient[k] * weight;
+        for (sum, column) in gradient.iter_mut().zip(face.gradient) {
+            *sum = *sum + column * weight;
         }
         for k in 0..3 {
             first[k] += face.first[k] * weight;

@@ -76,9 +76,9 @@ pub fn followed<T: Scalar>(maps: &[FaceMap<T>], mut face: u32, mut all: [T; 3]) 
         let map = &maps[face as usize];
         // The corner whose edge it is farthest beyond, of those with a face across.
         let (mut opposite, mut least) = (3, T::zero());
-        for k in 0..3 {
-            if all[k] < least && map.steps[(k + 1) % 3].face != NONE {
-                (opposite, least) = (k, all[k]);
+        for (k, b) in all.into_iter().enumerate() {
+            if b < least && map.steps[(k + 1) % 3].face != NONE {
+                (opposite, least) = (k, b);
             }
         }
         if opposite == 3 {

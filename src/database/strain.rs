@@ -106,8 +106,7 @@ impl<T: Scalar> Axes<T> {
         let mut cell = Cell { node: R::zero(), fraction: [R::zero(); 3] };
         let mut outside = R::mask(false);
         let mut stride = 1.0;
-        for k in 0..3 {
-            let (axis, s) = (&self.axes[k], strains[k]);
+        for (k, (axis, s)) in self.axes.iter().zip(strains).enumerate() {
             let n = axis.nodes.len();
             let (first, last) = (R::splat(axis.nodes[0]), R::splat(axis.nodes[n - 1]));
             outside = R::or(outside, R::or(s.lt(first), last.lt(s)));
