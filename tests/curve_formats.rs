@@ -295,6 +295,8 @@ fn npz_results() {
     assert_eq!(
         shapes,
         [
+            "arclength [7]",
+            "director [2, 7, 3]",
             "face_energy [2, 2]",
             "face_energy_start [2, 2]",
             "face_knot_offsets [3]",
@@ -306,8 +308,11 @@ fn npz_results() {
             "point_face [7]",
             "point_knot [7]",
             "point_role [7]",
+            "point_tile [7, 2]",
+            "point_vertex [7]",
             "points [2, 7, 3]",
             "radius []",
+            "twist [2, 7]",
             "yarn_closed [2]",
             "yarn_offsets [3]",
         ]
