@@ -39,6 +39,10 @@ impl ObjMesh {
                 sources.push(face as u32);
             }
         }
+        if sources.len() == self.face_offsets.len() - 1 {
+            // All triangles: each is its own polygon.
+            sources.clear();
+        }
         let mesh = MaterialMesh { positions: self.positions, uvs: self.uvs, faces, face_uvs, sources };
         mesh.check().map_err(|e| Error::invalid(format_args!("{}: {e}", self.path.display())))?;
         Ok(mesh)
