@@ -19,7 +19,13 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("backend", &["error", "ids", "math", "mesh", "scene", "knot"]),
     ("database", &["error", "math", "mesh", "pattern", "yarn", "knot", "backend"]),
     ("curve", &["error", "ids", "math", "mesh", "scene", "knot", "backend", "yarn"]),
-    ("measure", &["error", "ids", "math", "mesh", "template", "scene", "knot", "backend", "curve", "yarn"]),
+    (
+        "measure",
+        &[
+            "error", "ids", "math", "mesh", "pattern", "template", "scene", "knot", "backend", "database",
+            "curve", "yarn",
+        ],
+    ),
 ];
 
 /// Files that may import more than their module, and what.

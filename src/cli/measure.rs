@@ -4,7 +4,7 @@ use super::device::DeviceName;
 use super::inputs::{self, Rename};
 use super::progress::Progress;
 use super::relax::CoordinatesName;
-use super::{Console, print};
+use super::{Console, measure_database, print};
 use knotmesh::io::frames::{Frames, frame_range};
 use knotmesh::io::output::Output;
 use knotmesh::knot::Settings;
@@ -20,7 +20,12 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The stitch mesh: .smobj, or .obj with stitches named by material or group.
-    mesh: PathBuf,
+    #[arg(required_unless_present = "against_database")]
+    mesh: Option<PathBuf>,
+    /// Instead: the knot model against yarn-level simulation, on a swatch of its own of the plain knit that a yarn model
+    /// holds (a folder: pyp, sxsasy/axes.txt, sxsasy/data.npy; or .npz). Takes --templates and --output.
+    #[arg(long, value_name = "DIR|FILE.npz", conflicts_with_all = ["mesh", "frames", "rest", "map", "gauge", "only"])]
+    against_database: Option<PathBuf>,
     /// Template libraries (.json, .sf, or directories of them) on top of the embedded one.
     #[arg(long, value_name = "FILE|DIR")]
     templates: Vec<PathBuf>,
@@ -75,13 +80,22 @@ pub struct Arguments {
     #[arg(long, value_name = "TEXT")]
     only: Vec<String>,
     /// Write measure.csv (a row a variant), frames.csv (and frame), measure.txt, measure.svg and measure.png into
-    /// this folder, which is made if it is missing; without it only the table is printed.
+    /// this folder, which is made if it is missing; without it only the table is printed. With --against-database:
+    /// comparison.csv, comparison.txt, distances and shapes as .svg and .png.
     #[arg(short, long = "output", value_name = "DIR")]
     output: Option<PathBuf>,
 }
 
 /// Measures.
 pub fn run(arguments: &Arguments, console: Console) -> Result<()> {
+    let mesh = match (&arguments.against_database, &arguments.mesh) {
+        (Some(model), _) => {
+            let folder = arguments.output.as_deref();
+            return measure_database::run(model, &arguments.templates, folder, console);
+        }
+        (None, Some(mesh)) => mesh,
+        (None, None) => return Err(Error::invalid("no mesh is given: nothing to measure")),
+    };
     if !(1..=10_000).contains(&arguments.repeats) {
         return Err(Error::invalid("--repeats goes from 1 to 10000"));
     }
@@ -89,7 +103,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<()> {
     let progress = Progress::new(console.quiet);
     progress.stage("reading");
     let (mesh, library, rest) =
-        inputs::all(&arguments.mesh, &arguments.templates, &arguments.map, arguments.rest.as_deref())?;
+        inputs::all(mesh, &arguments.templates, &arguments.map, arguments.rest.as_deref())?;
     let poses = poses(arguments, &mesh)?;
     let options = SceneOptions {
         coordinates: arguments.coordinates.into(),
@@ -195,7 +209,8 @@ fn poses(arguments: &Arguments, mesh: &StitchMesh) -> Result<Vec<Pose>> {
 
 /// What was measured: mesh and size, frames.
 fn subject(arguments: &Arguments, job: &Job, tradeoff: &Tradeoff) -> (String, String) {
-    let name = arguments.mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let path = arguments.mesh.as_deref().and_then(Path::file_name);
+    let name = path.unwrap_or_default().to_string_lossy().into_owned();
     let frames = match (&arguments.frames, job.poses.len()) {
         (Some(_), 1) => "1 frame".to_string(),
         (Some(pattern), n) => {

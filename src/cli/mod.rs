@@ -9,6 +9,8 @@ mod info;
 mod inputs;
 #[cfg(feature = "measure")]
 mod measure;
+#[cfg(feature = "measure")]
+mod measure_database;
 mod outputs;
 mod progress;
 mod relax;

@@ -1,9 +1,14 @@
 //! Measures of results: how well a mesh fits its library, how near a solve comes to the optimum, how near
-//! yarns come, how far they stretch, what the error costs in time, what holds under stress.
+//! yarns come, how far they stretch, what the error costs in time, how near physics it is,
+//! what holds under stress.
 
 pub mod accuracy;
 pub mod clearance;
+#[cfg(feature = "measure")]
+pub mod database;
 pub mod misfit;
+#[cfg(feature = "measure")]
+mod picture;
 pub mod stress;
 pub mod stretch;
 #[cfg(feature = "measure")]

@@ -1,16 +1,14 @@
 //! The figures as a picture: time per stitch against error, with the Pareto front.
 //!
-//! Text is set in Noto Sans, which the program carries (crate `ttf-noto-sans`), so that machines without fonts
-//! draw the same picture; in the SVG it is text in the reader's own sans-serif.
+//! In the SVG, text is in the reader's own sans-serif.
 
 use super::labels::{Box2, Labels};
 use super::pareto::front;
 use super::table::Row;
-use crate::{Error, Result};
+use crate::Result;
+use crate::measure::picture::{self, FINER, FONT, undrawn};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::{FontStyle, register_font};
-use std::fmt::Display;
 
 /// Width and height, pixels.
 pub const SIZE: (u32, u32) = (1200, 800);
@@ -18,7 +16,6 @@ pub const SIZE: (u32, u32) = (1200, 800);
 pub const FLOOR: f64 = 1e-7;
 /// Width of the legend, pixels.
 const LEGEND: i32 = 250;
-const FONT: &str = "sans-serif";
 const LIGHT: RGBColor = RGBColor(243, 243, 243);
 const BOLD: RGBColor = RGBColor(218, 218, 218);
 const GREY: RGBColor = RGBColor(110, 110, 110);
@@ -33,10 +30,6 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 0, 0),
     RGBColor(150, 130, 20),
 ];
-
-/// The bitmap is drawn this many times as large and averaged down: the drawing itself smooths no edges, and sets
-/// glyphs on whole pixels.
-const FINER: u32 = 3;
 
 /// The picture as SVG. `title` stands on top, `subtitle` below it, a line each. Rows without time or distance are left out.
 ///
@@ -54,40 +47,7 @@ pub fn svg(rows: &[Row], title: &str, subtitle: &[String]) -> Result<String> {
 /// # Errors
 /// No row has both time and distance.
 pub fn png(rows: &[Row], title: &str, subtitle: &[String]) -> Result<Vec<u8>> {
-    let large = (FINER * SIZE.0, FINER * SIZE.1);
-    let mut fine = vec![0; (3 * large.0 * large.1) as usize];
-    let root = BitMapBackend::with_buffer(&mut fine, large).into_drawing_area();
-    draw(&Canvas { root, scale: FINER as i32 }, rows, title, subtitle)?;
-    let pixels = averaged(&fine);
-    let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, SIZE.0, SIZE.1);
-    encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header().map_err(undrawn)?;
-    writer.write_image_data(&pixels).map_err(undrawn)?;
-    writer.finish().map_err(undrawn)?;
-    Ok(file)
-}
-
-/// Squares of `FINER` x `FINER` pixels made one.
-fn averaged(fine: &[u8]) -> Vec<u8> {
-    let stride = (3 * FINER * SIZE.0) as usize;
-    let finer = FINER as usize;
-    let mut pixels = Vec::with_capacity((3 * SIZE.0 * SIZE.1) as usize);
-    for y in 0..SIZE.1 as usize {
-        for x in 0..SIZE.0 as usize {
-            for channel in 0..3 {
-                let at =
-                    |i: usize| fine[(finer * y + i / finer) * stride + 3 * (finer * x + i % finer) + channel];
-                let sum: u32 = (0..finer * finer).map(|i| u32::from(at(i))).sum();
-                pixels.push((sum / (FINER * FINER)) as u8);
-            }
-        }
-    }
-    pixels
-}
-
-fn undrawn(error: impl Display) -> Error {
-    Error::invalid(format_args!("the plot cannot be drawn: {error}"))
+    picture::png(SIZE, |root| draw(&Canvas { root, scale: FINER as i32 }, rows, title, subtitle))
 }
 
 /// A row's place in the plot: nanoseconds a stitch, 95th percentile distance in r.
@@ -150,8 +110,7 @@ impl<B: DrawingBackend> Canvas<B> {
 }
 
 fn draw<B: DrawingBackend>(canvas: &Canvas<B>, rows: &[Row], title: &str, subtitle: &[String]) -> Result<()> {
-    register_font(FONT, FontStyle::Normal, ttf_noto_sans::REGULAR)
-        .map_err(|_| undrawn("its font is broken"))?;
+    picture::font()?;
     let (families, mut dots) = dots(rows)?;
     canvas.root.fill(&WHITE).map_err(undrawn)?;
     canvas.text(title, 21, (20, 10), &BLACK)?;
