@@ -12,8 +12,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("mesh", &["error", "ids"]),
     ("pattern", &["error"]),
     ("template", &["error", "ids", "mesh"]),
+    ("design", &["error", "ids", "mesh"]),
     // Readers and writers of plain data; `io::result` alone knows solved frames.
-    ("io", &["error", "ids", "mesh", "pattern", "template", "yarn"]),
+    ("io", &["error", "ids", "mesh", "pattern", "template", "yarn", "design"]),
     ("scene", &["error", "ids", "math", "mesh", "template"]),
     ("knot", &["error", "math", "scene"]),
     ("backend", &["error", "ids", "math", "mesh", "scene", "knot"]),

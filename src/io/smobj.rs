@@ -6,6 +6,7 @@
 //! | `v x y z` | a vertex |
 //! | `f i j k ...` | a face; negative numbers count back from the last vertex so far |
 //! | `T n`, `N line` | type and pattern line of the n-th face, for the n-th such line |
+//! | `N line # column c color rrggbb` | ours: the place on that line and the stitch's colour, in a comment that others pass over |
 //! | `e face/edge face/edge` | two joined edges; flipped if exactly one edge number is negative |
 //! | `U name length`, `c face/edge/crossing (length unit)...` | yarn length units and rest lengths |
 //! | `h o t l I xfer` | knitting machine hints, kept verbatim |
@@ -21,7 +22,7 @@ pub use write::write;
 use super::text::{Line, Lines, Word, read_bytes};
 use crate::Result;
 use crate::ids::{FaceId, TypeId, VertexId};
-use crate::mesh::{Checkpoint, FaceEdge, Join, StitchMesh, StitchType, YarnUnit};
+use crate::mesh::{Checkpoint, FaceEdge, FaceOrigin, Join, StitchMesh, StitchType, YarnUnit};
 use glam::DVec3;
 use std::collections::HashSet;
 use std::path::Path;
@@ -44,6 +45,9 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<StitchMesh> {
     }
     let mut mesh = reader.mesh;
     check::check(&mesh, path, bytes)?;
+    if !mesh.face_origins.is_empty() {
+        mesh.face_origins.resize(mesh.face_count(), FaceOrigin::default());
+    }
     mesh.positions.shrink_to_fit();
     mesh.face_offsets.shrink_to_fit();
     mesh.face_vertices.shrink_to_fit();
@@ -51,6 +55,21 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<StitchMesh> {
     mesh.face_source.shrink_to_fit();
     mesh.joins.shrink_to_fit();
     Ok(mesh)
+}
+
+/// Column and colour from the comment of an `N` line; any other comment is none of ours.
+fn origin(comment: &str) -> Option<FaceOrigin> {
+    let mut words = comment.strip_prefix('#')?.split_ascii_whitespace();
+    let column = (words.next()? == "column").then(|| words.next())??.parse().ok()?;
+    let colour = match (words.next(), words.next(), words.next()) {
+        (None, ..) => None,
+        (Some("color"), Some(rgb), None) if rgb.len() == 6 => {
+            let [_, r, g, b] = u32::from_str_radix(rgb, 16).ok()?.to_be_bytes();
+            Some([r, g, b])
+        }
+        _ => return None,
+    };
+    Some(FaceOrigin { column, colour })
 }
 
 struct Reader {
@@ -77,6 +96,10 @@ impl Reader {
                 let source =
                     word.text.parse().map_err(|_| line.unexpected(word, "the number of a pattern line"))?;
                 mesh.face_source.push(source);
+                if let Some(origin) = origin(line.comment()) {
+                    mesh.face_origins.resize(mesh.face_source.len() - 1, FaceOrigin::default());
+                    mesh.face_origins.push(origin);
+                }
             }
             "e" => {
                 let (a, a_reversed) = joined_edge(line)?;

@@ -65,9 +65,11 @@ impl<'a> Iterator for Lines<'a> {
         if self.rest.is_empty() {
             return None;
         }
+        let whole = self.rest;
         let text = self.take();
-        let mut line =
-            Line { path: self.path, number: self.number, text, at: 0, more: &[], comments: self.comments };
+        let comment = &whole[text.len()..whole.len() - self.rest.len()];
+        let (path, number, comments) = (self.path, self.number, self.comments);
+        let mut line = Line { path, number, text, at: 0, more: &[], comments, comment };
         if self.continued
             && let Some(text) = before_backslash(text)
         {
@@ -106,6 +108,7 @@ pub struct Line<'a> {
     /// The lines that continue this one.
     more: &'a [u8],
     comments: bool,
+    comment: &'a [u8],
 }
 
 /// A word and where it stands.
@@ -121,6 +124,11 @@ impl<'a> Line<'a> {
     /// The file, for messages.
     pub fn path(&self) -> &'a Path {
         self.path
+    }
+
+    /// The comment that was cut off, from its `#`; empty if there is none, or it is not UTF-8.
+    pub fn comment(&self) -> &'a str {
+        std::str::from_utf8(self.comment.trim_ascii()).unwrap_or_default()
     }
 
     /// The next word (separated by blanks), if any. Bytes that are not UTF-8 end in an error.

@@ -62,6 +62,15 @@ pub struct Checkpoint {
     pub lengths: Vec<(f64, u32)>,
 }
 
+/// Where in its pattern a stitch comes from, beyond the line, and what it looks like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FaceOrigin {
+    /// Column of the pattern's line (in bytes, from 1), or column of the chart.
+    pub column: u32,
+    /// Colour of its yarn: red, green, blue.
+    pub colour: Option<[u8; 3]>,
+}
+
 /// A unit of yarn length (`U` lines); the first is always `1 1.0`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct YarnUnit {
@@ -89,6 +98,8 @@ pub struct StitchMesh {
     pub joins: Vec<Join>,
     /// `[face]` source line of the pattern (`N` lines), or empty.
     pub face_source: Vec<u32>,
+    /// `[face]` where on that line it stands (comments of `N` lines, ours), or empty.
+    pub face_origins: Vec<FaceOrigin>,
     /// Yarn length units (`U` lines), or empty.
     pub units: Vec<YarnUnit>,
     /// Rest lengths of yarn (`c` lines).

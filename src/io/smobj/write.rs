@@ -1,6 +1,6 @@
 //! Writing `.smobj`: what [`read`](super::read) understands, with every digit that f64 needs.
 
-use crate::mesh::{FaceEdge, StitchMesh};
+use crate::mesh::{FaceEdge, FaceOrigin, StitchMesh};
 use std::fmt;
 use std::io::{Error, ErrorKind, Result, Write};
 
@@ -27,7 +27,14 @@ pub fn write(mesh: &StitchMesh, out: &mut impl Write) -> Result<()> {
         }
         writeln!(out, "\nT {}", u64::from(stitch.0) + 1)?;
         if let Some(source) = mesh.face_source.get(face) {
-            writeln!(out, "N {source}")?;
+            write!(out, "N {source}")?;
+            if let Some(origin) = mesh.face_origins.get(face).filter(|o| **o != FaceOrigin::default()) {
+                write!(out, " # column {}", origin.column)?;
+                if let Some([r, g, b]) = origin.colour {
+                    write!(out, " color {r:02x}{g:02x}{b:02x}")?;
+                }
+            }
+            writeln!(out)?;
         }
     }
     for join in &mesh.joins {
