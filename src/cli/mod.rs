@@ -7,6 +7,7 @@ mod database;
 mod device;
 mod info;
 mod inputs;
+mod knit;
 #[cfg(feature = "measure")]
 mod measure;
 #[cfg(feature = "measure")]
@@ -39,6 +40,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Knit a pattern or chart: it becomes a stitch mesh.
+    Knit(knit::Arguments),
     /// Relax the yarn of a stitch mesh.
     Relax(Box<relax::Arguments>),
     /// Say what is in a mesh, library or curve file; for a mesh also what would go wrong with it.
@@ -96,6 +99,7 @@ pub fn run() -> ExitCode {
     };
     let console = Console { quiet: cli.quiet, verbose: cli.verbose };
     let result: Result<Ending> = match cli.command {
+        Command::Knit(arguments) => knit::run(&arguments, console).map(|()| Ending::Done),
         Command::Relax(arguments) => relax::run(&arguments, console),
         Command::Info(arguments) => info::run(&arguments).map(|()| Ending::Done),
         Command::Templates(arguments) => templates::run(&arguments).map(|()| Ending::Done),

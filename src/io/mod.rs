@@ -19,6 +19,7 @@ pub mod numbers;
 pub mod obj_lines;
 pub mod obj_mesh;
 pub mod output;
+pub mod pattern;
 pub mod pbrt;
 pub mod pyp;
 pub mod result;

@@ -1,0 +1,98 @@
+//! `knotmesh knit`: from a pattern to a stitch mesh.
+
+use super::{Console, print};
+use knotmesh::design::expression::Gauge;
+use knotmesh::design::{Knitted, Settings};
+use knotmesh::io::output::Output;
+use knotmesh::io::{pattern, smobj};
+use knotmesh::{Error, Result};
+use std::path::PathBuf;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The pattern (.knit): rows and rounds as knitters write them. Or a chart (.json, .chart, .png), knit flat.
+    pattern: PathBuf,
+    /// The stitch mesh (.smobj), in metres.
+    #[arg(short, long, required_unless_present = "check")]
+    output: Option<PathBuf>,
+    /// Stitches and rows on 10 cm, instead of the pattern's own: 22x36, or 22 (rows as the templates have them).
+    #[arg(long, value_name = "STITCHESxROWS", value_parser = gauge)]
+    gauge: Option<Gauge>,
+    /// Which of the pattern's sizes; the first if not given.
+    #[arg(long, value_name = "NAME")]
+    size: Option<String>,
+    /// Work it and say how many stitches there are; write nothing.
+    #[arg(long)]
+    check: bool,
+}
+
+/// `22x36`, `22`
+pub fn gauge(text: &str) -> Result<Gauge, String> {
+    let number = |t: &str| match t.trim().parse::<f64>() {
+        Ok(x) if (0.1..=1000.0).contains(&x) => Ok(x),
+        _ => Err(format!("found '{t}', expected stitches x rows on 10 cm, each from 0.1 to 1000")),
+    };
+    match text.split_once('x') {
+        Some((stitches, rows)) => Ok(Gauge::per_10_cm(number(stitches)?, Some(number(rows)?))),
+        None => Ok(Gauge::per_10_cm(number(text)?, None)),
+    }
+}
+
+/// Knits.
+pub fn run(arguments: &Arguments, console: Console) -> Result<()> {
+    if let Some(output) = &arguments.output
+        && output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("smobj"))
+    {
+        return Err(Error::invalid(format_args!(
+            "{}: found another kind of output, expected .smobj",
+            output.display()
+        )));
+    }
+    let size = arguments.size.as_ref().map(|s| s.to_lowercase());
+    let knitted = pattern::knit_file(&arguments.pattern, &Settings { gauge: arguments.gauge, size })?;
+    if arguments.check {
+        print(&summary(&knitted))?;
+    } else {
+        console.say(summary(&knitted).trim_end().replace('\n', "; "));
+    }
+    if let (Some(path), false) = (&arguments.output, arguments.check) {
+        let mut output = Output::create(path)?;
+        smobj::write(&knitted.mesh, &mut output).map_err(|e| Error::io(path, e))?;
+        output.commit()?;
+    }
+    Ok(())
+}
+
+/// What was knitted, in numbers.
+fn summary(knitted: &Knitted) -> String {
+    let mut text = String::new();
+    if let Some(title) = &knitted.title {
+        text += &format!("{title}\n");
+    }
+    if let Some(size) = &knitted.size {
+        text += &format!("size: {size}\n");
+    }
+    let Gauge { width, height } = knitted.gauge;
+    text += &format!("gauge: {:.4} x {:.4} on 10 cm\n", 0.1 / width, 0.1 / height);
+    let made = knitted.made;
+    text += &format!("stitches: {}\n", made.total());
+    let kinds = [
+        ("cast on", made.cast_on),
+        ("worked", made.worked),
+        ("bound off", made.bound_off),
+        ("grafted", made.grafted),
+        ("drawn together", made.drawn),
+    ];
+    for (kind, count) in kinds.into_iter().filter(|(_, count)| *count > 0) {
+        text += &format!("  {count:7}  {kind}\n");
+    }
+    for piece in &knitted.pieces {
+        let (rows, shape) = if piece.round { ("rounds", "in the round") } else { ("rows", "flat") };
+        text += &format!(
+            "piece {}: {shape}, {} {rows}, at most {} stitches\n",
+            piece.name, piece.rows, piece.widest
+        );
+    }
+    text += &format!("faces: {}\n", knitted.mesh.face_count());
+    text
+}
