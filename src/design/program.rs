@@ -372,7 +372,7 @@ impl Program<'_> {
     /// Works what waits, in the order of the numbers.
     fn work_waiting(&mut self) -> Result<(), Failure> {
         while let Some(&number) = self.section.waiting.iter().next() {
-            let (row, place) = self.section.rows[&number].clone();
+            let place = self.section.rows[&number].1;
             if number != self.section.last + 1 {
                 return Err(Problem::new(
                     place,
@@ -384,7 +384,6 @@ impl Program<'_> {
             self.section.waiting.remove(&number);
             self.numbered_row(number, false, place)?;
             self.section.last = number;
-            let _ = row;
         }
         Ok(())
     }

@@ -141,8 +141,7 @@ impl Knitter {
                 "a row that uses all stitches, or ends in a turn",
             ));
         }
-        if let Some(tip) = self.tip.filter(|t| t.chain) {
-            let _ = tip;
+        if self.tip.is_some_and(|t| t.chain) {
             return Err(Problem::new(
                 place,
                 "a bind-off that is not held",
