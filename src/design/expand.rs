@@ -9,7 +9,7 @@ use super::token::Place;
 use std::collections::BTreeMap;
 
 /// At most so many steps a row: more is a mistake, and would only fill the memory.
-pub const MOST_STEPS: usize = 20_000_000;
+pub const MOST_STEPS: usize = 4_000_000;
 
 /// One thing to do.
 #[derive(Clone, Debug, PartialEq)]

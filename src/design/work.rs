@@ -13,7 +13,7 @@ use crate::mesh::FaceEdge;
 use std::collections::BTreeMap;
 
 /// Faces of a fabric at most: indices have 32 bits, and memory an end.
-const MOST_FACES: usize = 50_000_000;
+const MOST_FACES: usize = 20_000_000;
 
 /// Where the working yarn leaves the last stitch.
 #[derive(Clone, Copy, Debug)]
