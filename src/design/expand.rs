@@ -67,6 +67,19 @@ impl Context<'_> {
         }
         Ok(whole as usize)
     }
+
+    /// Number of a colour.
+    pub fn colour(&self, name: &str, place: Place) -> Result<u16, Problem> {
+        self.colours.get(name).copied().ok_or_else(|| {
+            let known: Vec<&str> = self.colours.keys().map(String::as_str).collect();
+            let known = if known.is_empty() { "there are none".into() } else { known.join(", ") };
+            Problem::new(
+                place,
+                format_args!("the unknown colour '{name}'"),
+                format_args!("the name of a colour ({known})"),
+            )
+        })
+    }
 }
 
 /// Writes a row out. `left` is the left needle, its last slot the next to be worked.
@@ -166,14 +179,7 @@ impl Row<'_> {
                 self.push(Step::From(name.clone()), place)
             }
             ItemKind::With(name) => {
-                let colour = self.context.colours.get(name).copied().ok_or_else(|| {
-                    let known: Vec<&str> = self.context.colours.keys().map(String::as_str).collect();
-                    Problem::new(
-                        place,
-                        format_args!("the unknown colour '{name}'"),
-                        format_args!("one of: {}", known.join(", ")),
-                    )
-                })?;
+                let colour = self.context.colour(name, place)?;
                 self.push(Step::With(colour), place)
             }
             ItemKind::Chart(name) => self.chart(name, place),

@@ -41,7 +41,7 @@ fn statements(c: &mut Cursor, depth: usize) -> Result<Vec<Statement>> {
 }
 
 const STATEMENTS: &str = "a statement: title, gauge, let, size, color, chart, piece, co, row, round, rep, for, bo, draw, cut, \
-                          hold, from, graft or pick up";
+                          tail, with, hold, from, graft or pick up";
 
 fn statement(c: &mut Cursor, place: Place, depth: usize) -> Result<StatementKind> {
     let Some(word) = c.word() else { return Err(c.error(STATEMENTS)) };
@@ -132,6 +132,8 @@ fn statement(c: &mut Cursor, place: Place, depth: usize) -> Result<StatementKind
         }
         "draw" => StatementKind::Draw,
         "cut" => StatementKind::Cut,
+        "tail" => StatementKind::Tail(c.name("a name for the tail")?),
+        "with" => StatementKind::With(c.name("a name of a colour")?),
         "hold" => {
             let n = if c.keyword("all") || c.is_word("as") { None } else { Some(c.count()?) };
             c.stitches_word();
@@ -146,7 +148,9 @@ fn statement(c: &mut Cursor, place: Place, depth: usize) -> Result<StatementKind
             if !(c.keyword("with") || c.keyword("to")) {
                 return Err(c.error("'with'"));
             }
-            StatementKind::Graft(a, c.name("a name of held stitches")?)
+            let b = c.name("a name of held stitches")?;
+            let tail = if c.keyword("using") { Some(c.name("a name of a tail")?) } else { None };
+            StatementKind::Graft(a, b, tail)
         }
         "pick" => {
             if !c.keyword("up") {

@@ -102,6 +102,7 @@ pub fn work(statements: &[Statement], settings: &Settings, files: &dyn Files) ->
         )));
     }
     program.knitter.cut(end);
+    program.knitter.trim_tails(end);
     if program.knitter.fabric.faces.is_empty() {
         return Err(Failure::Pattern(Problem::new(end, "a pattern without stitches", "co N and rows")));
     }
@@ -200,6 +201,8 @@ impl Program<'_> {
                 | StatementKind::Piece(_)
                 | StatementKind::For(..)
                 | StatementKind::Graft(..)
+                | StatementKind::Tail(_)
+                | StatementKind::With(_)
                 | StatementKind::PickUp(..)
         );
         if knits && self.knitter.piece().is_none() {
@@ -270,7 +273,12 @@ impl Program<'_> {
                 self.knitter.hold(n, name, place)?;
             }
             StatementKind::From(name) => self.knitter.take_up(name, place)?,
-            StatementKind::Graft(a, b) => self.knitter.graft(a, b, place)?,
+            StatementKind::Graft(a, b, tail) => self.knitter.graft(a, b, tail.as_deref(), place)?,
+            StatementKind::Tail(name) => self.knitter.leave_tail(name, place)?,
+            StatementKind::With(name) => {
+                let number = self.context(0).colour(name, place)?;
+                self.knitter.take_colour(number);
+            }
             StatementKind::PickUp(name, side, piece) => self.knitter.pick_up(name, *side, piece, place)?,
             StatementKind::Row(_) | StatementKind::Repeat(_) => {}
         }

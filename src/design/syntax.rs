@@ -48,8 +48,12 @@ pub enum StatementKind {
     Hold(Option<Expression>, String),
     /// `from NAME`: held loops come back, to be worked next.
     From(String),
-    /// `graft NAME with NAME`
-    Graft(String, String),
+    /// `graft NAME with NAME`, `graft NAME with NAME using TAIL`
+    Graft(String, String, Option<String>),
+    /// `tail NAME`: the yarn is cut, long enough for a graft that goes on from where it is.
+    Tail(String),
+    /// `with COLOUR`: what is cast on next, too, is in this colour.
+    With(String),
     /// `pick up NAME = right edge of PIECE`
     PickUp(String, Edge, String),
 }

@@ -35,6 +35,8 @@ pub struct Knitter {
     pub held: BTreeMap<String, Held>,
     /// Whether the right side faces the knitter in the row to come.
     pub right_side: bool,
+    /// Ends of yarn left for grafting, by name.
+    tails: BTreeMap<String, Tip>,
     tip: Option<Tip>,
     /// The needles were turned already.
     turned: bool,
@@ -73,11 +75,17 @@ impl Knitter {
             needles: Needles::default(),
             held: BTreeMap::new(),
             right_side: true,
+            tails: BTreeMap::new(),
             tip: None,
             turned: true,
             colour: 0,
             made: Made::default(),
         }
+    }
+
+    /// Goes on in this colour.
+    pub fn take_colour(&mut self, number: u16) {
+        self.colour = number;
     }
 
     /// The piece that is worked on.

@@ -71,6 +71,31 @@ impl Knitter {
         self.fabric.join(edge(face, goes), at);
     }
 
+    /// The yarn is cut, long enough for a graft that goes on from here.
+    ///
+    /// # Errors
+    /// There is no yarn, or a tail of this name.
+    pub fn leave_tail(&mut self, name: &str, place: Place) -> Result<(), Problem> {
+        self.no_chain(place)?;
+        if self.tails.contains_key(name) {
+            return Err(Problem::new(place, format_args!("a second tail '{name}'"), "another name"));
+        }
+        match self.tip.take() {
+            Some(tip) => self.tails.insert(name.to_string(), tip),
+            None => return Err(Problem::new(place, "a tail where no yarn is", "stitches before it")),
+        };
+        Ok(())
+    }
+
+    /// Tails that no graft used are left as they are.
+    pub fn trim_tails(&mut self, place: Place) {
+        for (_, tip) in std::mem::take(&mut self.tails) {
+            let working = self.tip.replace(tip);
+            self.cut(place);
+            self.tip = working;
+        }
+    }
+
     /// The yarn is cut, and its end left.
     pub fn cut(&mut self, place: Place) {
         let Some(tip) = self.tip.take() else { return };

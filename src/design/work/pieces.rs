@@ -165,8 +165,10 @@ impl Knitter {
         Ok(())
     }
 
-    /// Joins two lots of held stitches, front to front up, with a yarn of its own through both.
-    pub fn graft(&mut self, a: &str, b: &str, place: Place) -> Result<(), Problem> {
+    /// Joins two lots of held stitches, both fronts up, with a yarn through both: one of its own, or a tail that was left
+    /// before the first stitch of `a`. Then its end is woven in, for where knitting in the round is closed there is
+    /// no room for another.
+    pub fn graft(&mut self, a: &str, b: &str, tail: Option<&str>, place: Place) -> Result<(), Problem> {
         let mut lots = [self.held(a, place)?, self.held(b, place)?]
             .map(|held| held.slots.iter().filter_map(Slot::as_loop).collect::<Vec<Loop>>());
         let counts = [lots[0].len(), lots[1].len()];
@@ -182,7 +184,25 @@ impl Knitter {
         }
         // Face to face, the other piece's stitches run the other way.
         lots[1].reverse();
-        let working = self.tip.take();
+        let working = self.tip;
+        self.tip = match tail {
+            None => None,
+            Some(name) => match self.tails.remove(name) {
+                Some(tip) if tip.direction == Direction::Left => Some(tip),
+                Some(_) => {
+                    return Err(Problem::new(place, "a tail of a wrong-side row", "one that ends at the left"));
+                }
+                None => {
+                    let known: Vec<&str> = self.tails.keys().map(String::as_str).collect();
+                    let known = if known.is_empty() { "there are none".into() } else { known.join(", ") };
+                    return Err(Problem::new(
+                        place,
+                        format_args!("'{name}'"),
+                        format_args!("the name of a tail ({known})"),
+                    ));
+                }
+            },
+        };
         let side = std::mem::replace(&mut self.right_side, true);
         for (below, above) in lots[0].iter().zip(&lots[1]) {
             let stitch = NewStitch {
@@ -201,7 +221,9 @@ impl Knitter {
             self.go_on(face, Direction::Left, false, place);
             self.made.grafted += 1;
         }
-        self.cut(place);
+        if tail.is_none() {
+            self.cut(place);
+        }
         self.tip = working;
         self.right_side = side;
         Ok(())
