@@ -1,10 +1,12 @@
 //! `knotmesh knit`: from a pattern to a stitch mesh.
 
-use super::{Console, print};
+use super::{Console, Ending, print};
+use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, Sizes, relax};
 use knotmesh::design::expression::Gauge;
 use knotmesh::design::{Knitted, Settings};
 use knotmesh::io::output::Output;
 use knotmesh::io::{pattern, smobj};
+use knotmesh::template::TemplateLibrary;
 use knotmesh::{Error, Result};
 use std::path::PathBuf;
 
@@ -21,6 +23,9 @@ pub struct Arguments {
     /// Which of the pattern's sizes; the first if not given.
     #[arg(long, value_name = "NAME")]
     size: Option<String>,
+    /// Give every stitch its natural size (as relax-mesh does with its defaults); else places are rough.
+    #[arg(long)]
+    relax: bool,
     /// Work it and say how many stitches there are; write nothing.
     #[arg(long)]
     check: bool,
@@ -39,7 +44,7 @@ pub fn gauge(text: &str) -> Result<Gauge, String> {
 }
 
 /// Knits.
-pub fn run(arguments: &Arguments, console: Console) -> Result<()> {
+pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     if let Some(output) = &arguments.output
         && output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("smobj"))
     {
@@ -49,18 +54,45 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<()> {
         )));
     }
     let size = arguments.size.as_ref().map(|s| s.to_lowercase());
-    let knitted = pattern::knit_file(&arguments.pattern, &Settings { gauge: arguments.gauge, size })?;
+    let mut knitted = pattern::knit_file(&arguments.pattern, &Settings { gauge: arguments.gauge, size })?;
     if arguments.check {
         print(&summary(&knitted))?;
     } else {
         console.say(summary(&knitted).trim_end().replace('\n', "; "));
+    }
+    let mut ending = Ending::Done;
+    if arguments.relax && !arguments.check && !relaxed(&mut knitted, console)? {
+        ending = Ending::FellBack;
     }
     if let (Some(path), false) = (&arguments.output, arguments.check) {
         let mut output = Output::create(path)?;
         smobj::write(&knitted.mesh, &mut output).map_err(|e| Error::io(path, e))?;
         output.commit()?;
     }
-    Ok(())
+    Ok(ending)
+}
+
+/// Relaxes the mesh; whether forces came within the bound.
+fn relaxed(knitted: &mut Knitted, console: Console) -> Result<bool> {
+    let Gauge { width, height } = knitted.gauge;
+    let sizes = Some(Sizes { course: width, wale: height });
+    let options = ClothOptions { sizes, ..ClothOptions::default() };
+    let cloth = Cloth::new(&knitted.mesh, &TemplateLibrary::embedded(), &options)?;
+    let mut nodes = cloth.rest_positions().to_vec();
+    let options = RelaxOptions::default();
+    let report = relax(&cloth, &mut nodes, &options)?;
+    cloth.write_back(&nodes, &mut knitted.mesh.positions);
+    console.say(format_args!(
+        "relaxed in {} steps, {} rounds of conjugate gradients: energy {:.3e} J, was {:.3e} J; residual {:.1e}",
+        report.iterations, report.rounds, report.energy_end, report.energy_start, report.residual
+    ));
+    if !report.converged {
+        console.warn(format_args!(
+            "the mesh is not quite at rest: a residual of {:.1e}, asked {:.1e}",
+            report.residual, options.residual
+        ));
+    }
+    Ok(report.converged)
 }
 
 /// What was knitted, in numbers.

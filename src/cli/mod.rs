@@ -99,7 +99,7 @@ pub fn run() -> ExitCode {
     };
     let console = Console { quiet: cli.quiet, verbose: cli.verbose };
     let result: Result<Ending> = match cli.command {
-        Command::Knit(arguments) => knit::run(&arguments, console).map(|()| Ending::Done),
+        Command::Knit(arguments) => knit::run(&arguments, console),
         Command::Relax(arguments) => relax::run(&arguments, console),
         Command::Info(arguments) => info::run(&arguments).map(|()| Ending::Done),
         Command::Templates(arguments) => templates::run(&arguments).map(|()| Ending::Done),

@@ -190,7 +190,11 @@ impl Knitter {
             Some(name) => match self.tails.remove(name) {
                 Some(tip) if tip.direction == Direction::Left => Some(tip),
                 Some(_) => {
-                    return Err(Problem::new(place, "a tail of a wrong-side row", "one that ends at the left"));
+                    return Err(Problem::new(
+                        place,
+                        "a tail of a wrong-side row",
+                        "one that ends at the left",
+                    ));
                 }
                 None => {
                     let known: Vec<&str> = self.tails.keys().map(String::as_str).collect();
