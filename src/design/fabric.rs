@@ -53,6 +53,8 @@ pub struct RowRecord {
     pub direction: Direction,
     /// It goes all the way around.
     pub closed: bool,
+    /// A short row: it ends in a turn before the edge.
+    pub short: bool,
     /// Number of its piece.
     pub piece: u32,
     /// Loops that it made, was left with, or passed on as they were.

@@ -24,6 +24,8 @@ pub fn place(fabric: &Fabric, corners: &Corners, gauge: Gauge) -> Vec<DVec3> {
         up: fabric.pieces.iter().map(|p| p.toward).collect(),
         right: fabric.pieces.iter().map(|p| p.start).collect(),
         begun: vec![false; fabric.pieces.len()],
+        middle: fabric.pieces.iter().map(|p| p.at).collect(),
+        short: vec![0; fabric.pieces.len()],
         borders: 0,
     };
     for row in &fabric.rows {
@@ -44,6 +46,10 @@ struct Placing<'a> {
     /// `[piece]` of flat ones: to the right.
     right: Vec<DVec3>,
     begun: Vec<bool>,
+    /// `[piece]` of round ones: the middle of the last whole round.
+    middle: Vec<DVec3>,
+    /// `[piece]` stitches of the last short row since then.
+    short: Vec<usize>,
     /// Borders before this face have a place, or wait in vain.
     borders: usize,
 }
@@ -111,9 +117,11 @@ impl Placing<'_> {
             self.grow_from_feet(row, &chain, number);
         }
         if row.closed && chain.vertices.len() > 1 && held == chain.feet.len() {
+            self.short[number] = 0;
             self.ring(&chain, number);
         } else {
-            self.line(row, &chain, number, piece.round);
+            let up = self.growth(row, &chain, number, piece.round);
+            self.line(row, &chain, number, piece.round, up);
         }
     }
 
@@ -204,6 +212,7 @@ impl Placing<'_> {
         let up = self.axis(&feet, self.up[number]);
         self.up[number] = up;
         let centre = feet.iter().sum::<DVec3>() / feet.len() as f64;
+        self.middle[number] = centre;
         let first = up.any_orthonormal_vector();
         let second = first.cross(up);
         let flat = |p: DVec3| DVec2::new((p - centre).dot(first), (p - centre).dot(second));
@@ -233,9 +242,23 @@ impl Placing<'_> {
         }
     }
 
-    fn line(&mut self, row: &RowRecord, chain: &Chain, number: usize, round: bool) {
-        let Gauge { width, height } = self.gauge;
+    /// Where an open row grows. Short rows of a round that become longer again close a heel: they go inward.
+    fn growth(&mut self, row: &RowRecord, chain: &Chain, number: usize, round: bool) -> DVec3 {
         let up = self.up[number];
+        if !round || !row.short {
+            return up;
+        }
+        let before = std::mem::replace(&mut self.short[number], chain.vertices.len());
+        if before == 0 || chain.vertices.len() <= before {
+            return up;
+        }
+        let feet: Vec<DVec3> = chain.feet.iter().flatten().copied().collect();
+        let inward = self.middle[number] - feet.iter().sum::<DVec3>() / feet.len().max(1) as f64;
+        (inward - up * inward.dot(up)).try_normalize().unwrap_or(up)
+    }
+
+    fn line(&mut self, row: &RowRecord, chain: &Chain, number: usize, round: bool, up: DVec3) {
+        let Gauge { width, height } = self.gauge;
         let right = self.right[number];
         let forth = if row.direction == Direction::Left { -right } else { right };
         let mut spots: Vec<Option<DVec3>> = chain.feet.iter().map(|f| f.map(|f| f + up * height)).collect();

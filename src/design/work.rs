@@ -160,7 +160,7 @@ impl Knitter {
             return Err(Problem::new(place, "a wrong-side row to its end in the round", "a turn at its end"));
         }
         let closed = self.round() && whole && !turned;
-        self.record(begin, direction, closed, place);
+        self.record(begin, direction, closed, turned, place);
         if turned {
             self.turned = true;
         } else {
@@ -172,11 +172,12 @@ impl Knitter {
         Ok(())
     }
 
-    fn record(&mut self, begin: usize, direction: Direction, closed: bool, place: Place) {
+    fn record(&mut self, begin: usize, direction: Direction, closed: bool, short: bool, place: Place) {
         let row = RowRecord {
             faces: begin..self.fabric.faces.len(),
             direction,
             closed,
+            short,
             piece: self.fabric.pieces.len().saturating_sub(1) as u32,
             stitches: self.needles.stitches(),
             place,

@@ -55,7 +55,7 @@ impl Knitter {
             self.turned = false;
         }
         let closed = first && self.round();
-        self.record(begin, direction, closed, place);
+        self.record(begin, direction, closed, false, place);
         Ok(())
     }
 
@@ -102,7 +102,7 @@ impl Knitter {
         }
         let closed = self.round();
         self.cut(place);
-        self.record(begin, direction, closed, place);
+        self.record(begin, direction, closed, false, place);
         self.turned = true;
         Ok(())
     }
