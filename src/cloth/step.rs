@@ -183,6 +183,11 @@ impl Stepper {
         &mut self.now.v
     }
 
+    /// Entries of the factored matrix, which a solve reads twice: 8 bytes each.
+    pub fn factor_entries(&self) -> usize {
+        self.implicit.entries()
+    }
+
     /// Seconds since the start.
     pub fn time(&self) -> f64 {
         self.time
