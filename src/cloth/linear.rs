@@ -96,7 +96,7 @@ impl System {
             }
             keep(&mut self.product);
             let rho = dot(&self.residual, &self.product);
-            if !(rho > 0.0) {
+            if rho.is_nan() || rho <= 0.0 {
                 return round;
             }
             let beta = if round == 0 { 0.0 } else { rho / before };
@@ -110,7 +110,7 @@ impl System {
             self.multiply(cloth);
             keep(&mut self.product);
             let curvature = dot(&self.direction, &self.product);
-            if !(curvature > 0.0) {
+            if curvature.is_nan() || curvature <= 0.0 {
                 return round;
             }
             let alpha = rho / curvature;

@@ -10,14 +10,16 @@
 //! makes springs of it.
 
 mod assemble;
+mod dissect;
 mod energy;
+mod factor;
+mod implicit;
 mod linear;
 pub mod natural;
 mod order;
 pub mod relax;
 pub mod step;
 mod watch;
-mod xpbd;
 
 pub use natural::{Factors, Front, Sizes};
 pub use relax::{RelaxOptions, RelaxReport, relax};
@@ -168,6 +170,12 @@ impl Cloth {
         &self.springs
     }
 
+    /// Bends: nodes, weights (1/m2) and stiffness (N m3), of the energy `stiffness |sum weight x|^2 / 2`. Where there are three
+    /// nodes, the fourth is the first with weight 0.
+    pub fn bending(&self) -> impl Iterator<Item = ([u32; 4], [f64; 4], f64)> {
+        self.bends.iter().map(|b| (b.nodes, b.weights, b.stiffness))
+    }
+
     /// Faces cut into triangles, from their first corner on; seen from the front they run counter-clockwise.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
@@ -198,6 +206,22 @@ impl Cloth {
     /// If there are not as many positions or forces as nodes.
     pub fn forces(&self, nodes: &[DVec3], out: &mut [DVec3]) {
         energy::forces(self, nodes, out);
+    }
+
+    /// Root mean square of the edges' strains: how much longer or shorter they are than their natural lengths, relative to those.
+    ///
+    /// # Panics
+    /// If there are not as many positions as nodes.
+    pub fn strain(&self, nodes: &[DVec3]) -> f64 {
+        assert_eq!(nodes.len(), self.node_count(), "a position for each node");
+        let edges = self.springs.iter().filter(|s| s.kind != SpringKind::Shear);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for s in edges {
+            let [a, b] = s.nodes.map(|n| nodes[n as usize]);
+            sum += (a.distance(b) / s.length - 1.0).powi(2);
+            count += 1.0;
+        }
+        f64::sqrt(sum / f64::max(count, 1.0))
     }
 
     /// Gives every vertex the place of its node.

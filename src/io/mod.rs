@@ -27,6 +27,7 @@ pub mod scan;
 pub mod sequence;
 pub mod sf;
 pub mod smobj;
+pub mod stitch_sizes;
 pub mod strain_table;
 pub mod template_json;
 pub mod text;

@@ -132,7 +132,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Entry>> {
 }
 
 /// A JSON error as what was found and what was expected; `next` is the character at its place.
-fn explain(error: &serde_json::Error, next: Option<char>) -> (String, String) {
+pub(super) fn explain(error: &serde_json::Error, next: Option<char>) -> (String, String) {
     let message = error.to_string();
     let what = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
     if let Some(part) = what.strip_prefix("EOF while parsing ") {
