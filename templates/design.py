@@ -1468,7 +1468,8 @@ def context(k, lib, around=None):
             one = "edge-stitch +yX +lX -yX"
             return [[k] * 3, [KP] * 3, [KP] * 3] if nu == 1 else [[one, k, one], [KP] * 4, [KP] * 4]
         return [[KP] * 3 * nl, [KP] * 3 * nl, [k] * 3] if nl == 1 else [[KP] * 4, [KP] * 4, ["edge-stitch -lX +yX -yX", k, "edge-stitch -lX +yX -yX"]]
-    return [[a] * (2 + nl)] * 2 + [[a, k, a]] + [[a] * (2 + nu)] * 2
+    side = 2 if nl == 3 else 1      # a double decrease pulls at more of its row
+    return [[a] * (2 * side + nl)] * 2 + [[a] * side + [k] + [a] * side] + [[a] * (2 * side + nu)] * 2
 
 
 def bind_off_rows(n, edges, a):
