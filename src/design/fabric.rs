@@ -70,6 +70,8 @@ pub struct PieceRecord {
     pub name: String,
     /// In the round.
     pub round: bool,
+    /// Flat, but rolled into a tube where it is placed, for its sides to be joined.
+    pub curled: bool,
     /// The middle of its first row.
     pub at: DVec3,
     /// Where its rows grow, a unit vector.
@@ -171,6 +173,11 @@ impl Fabric {
         self.types.push(stitch.clone());
         self.known.insert(stitch, number);
         number
+    }
+
+    /// Whether a border holds loops that were picked up.
+    pub fn is_pick_up(&self, face: usize) -> bool {
+        self.types[self.faces[face].stitch as usize].name.starts_with("pick-up")
     }
 
     /// Joins two edges.

@@ -11,8 +11,8 @@ use std::f64::consts::TAU;
 const KEPT: f64 = 0.5;
 /// The same of heights, which carry heels and shoulders.
 const KEPT_HEIGHT: f64 = 0.95;
-/// The least part of a row's height that a round grows by, however fast it widens.
-const LEAST_RISE: f64 = 0.25;
+/// How far a round moves in or out from the one below at most, in heights of a row: so much less it rises.
+const MOST_ASIDE: f64 = 0.9;
 
 /// Positions of all vertices, metres.
 pub fn place(fabric: &Fabric, corners: &Corners, gauge: Gauge) -> Vec<DVec3> {
@@ -33,7 +33,37 @@ pub fn place(fabric: &Fabric, corners: &Corners, gauge: Gauge) -> Vec<DVec3> {
         placing.borders(row.faces.end);
     }
     placing.borders(fabric.faces.len());
-    placing.rest()
+    let mut places = placing.rest();
+    for (number, piece) in fabric.pieces.iter().enumerate().filter(|(_, p)| p.curled) {
+        curl(fabric, corners, number, piece, &mut places);
+    }
+    places
+}
+
+/// Rolls a flat piece around an axis behind it until its sides meet.
+fn curl(fabric: &Fabric, corners: &Corners, number: usize, piece: &PieceRecord, places: &mut [DVec3]) {
+    let mut of_piece = vec![false; places.len()];
+    for row in fabric.rows.iter().filter(|r| r.piece as usize == number) {
+        for vertex in row.faces.clone().flat_map(|face| corners.face(face)) {
+            of_piece[*vertex as usize] = true;
+        }
+    }
+    let front = piece.start.cross(piece.toward);
+    let along = |p: DVec3| (p - piece.at).dot(piece.start);
+    let sides = of_piece.iter().zip(&*places).filter(|(of, _)| **of).map(|(_, p)| along(*p));
+    let (least, most) = sides.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+    let radius = (most - least) / TAU;
+    if radius <= 0.0 {
+        return;
+    }
+    let middle = (least + most) / 2.0;
+    for (_, p) in of_piece.iter().zip(places).filter(|(of, _)| **of) {
+        let x = along(*p);
+        let angle = (x - middle) / radius;
+        let out = radius + (*p - piece.at).dot(front);
+        let flat = *p - piece.start * x - front * (*p - piece.at).dot(front);
+        *p = flat + piece.start * (middle + out * angle.sin()) + front * (out * angle.cos() - radius);
+    }
 }
 
 struct Placing<'a> {
@@ -208,17 +238,20 @@ impl Placing<'_> {
 
     fn ring(&mut self, chain: &Chain, number: usize) {
         let n = chain.vertices.len() - 1;
+        let Gauge { width, height } = self.gauge;
         let feet: Vec<DVec3> = chain.feet.iter().flatten().copied().collect();
-        let up = self.axis(&feet, self.up[number]);
+        // A round is a turn of a helix, which climbs by a row: without that it is a ring, whose ends are one place.
+        let climb = |j: usize| height * (j as f64 / n as f64 - 0.5);
+        let level: Vec<DVec3> =
+            feet.iter().enumerate().map(|(j, p)| *p - self.up[number] * climb(j)).collect();
+        let up = self.axis(&level[..n], self.up[number]);
         self.up[number] = up;
-        let centre = feet.iter().sum::<DVec3>() / feet.len() as f64;
+        let centre = mean_of_round(&feet);
         self.middle[number] = centre;
         let first = up.any_orthonormal_vector();
         let second = first.cross(up);
         let flat = |p: DVec3| DVec2::new((p - centre).dot(first), (p - centre).dot(second));
-        let heights: Vec<f64> = feet.iter().map(|p| (*p - centre).dot(up)).collect();
-        let before = feet.iter().map(|p| flat(*p).length()).sum::<f64>() / feet.len() as f64;
-        let radius = n as f64 * self.gauge.width / TAU;
+        let radius = n as f64 * width / TAU;
         // The turn of the ring that lies nearest to what is below.
         let turn = feet
             .iter()
@@ -226,19 +259,19 @@ impl Placing<'_> {
             .map(|(j, p)| DVec2::from_angle(-TAU * j as f64 / n as f64).rotate(flat(*p)))
             .sum::<DVec2>()
             .normalize_or(DVec2::X);
-        let wide = (radius - before).abs().min(self.gauge.height);
-        let rise = (self.gauge.height.powi(2) - wide.powi(2)).sqrt().max(LEAST_RISE * self.gauge.height);
-        let mean = heights.iter().sum::<f64>() / heights.len() as f64;
         for (j, &vertex) in chain.vertices.iter().enumerate() {
             if self.places[vertex as usize].is_some() {
                 continue;
             }
+            let foot = flat(feet[j]);
             let ideal = DVec2::from_angle(TAU * j as f64 / n as f64).rotate(turn) * radius;
-            let spot = ideal.lerp(flat(feet[j]), if before > 0.0 { KEPT } else { 0.0 });
-            // A helix climbs by a row a round.
-            let helix = self.gauge.height * (j as f64 / n as f64 - 0.5);
-            let height = mean + helix + KEPT_HEIGHT * (heights[j] - mean - helix) + rise;
-            self.places[vertex as usize] = Some(centre + first * spot.x + second * spot.y + up * height);
+            // No further aside than a stitch is high.
+            let aside = ((ideal - foot) * (1.0 - KEPT)).clamp_length_max(MOST_ASIDE * height);
+            let rise = (height.powi(2) - aside.length_squared()).sqrt();
+            let spot = foot + aside;
+            let above = (feet[j] - centre).dot(up);
+            let above = climb(j) + KEPT_HEIGHT * (above - climb(j)) + rise;
+            self.places[vertex as usize] = Some(centre + first * spot.x + second * spot.y + up * above);
         }
     }
 
@@ -331,7 +364,8 @@ impl Placing<'_> {
         let mut edges = Vec::new();
         for k in 0..vertices.len() {
             let across = self.corners.across[first as usize + k];
-            if across == u32::MAX {
+            // What is picked up comes later, and lies outside.
+            if across == u32::MAX || self.corners.face_of(across) > face + 1 && self.fabric.is_pick_up(face) {
                 continue;
             }
             let ends = [vertices[k], vertices[(k + 1) % vertices.len()]];
@@ -369,4 +403,11 @@ impl Placing<'_> {
         }
         self.places.into_iter().map(Option::unwrap_or_default).collect()
     }
+}
+
+/// The middle of a round, whose first and last place are one.
+fn mean_of_round(places: &[DVec3]) -> DVec3 {
+    let n = (places.len() - 1) as f64;
+    let ends = (places[0] + places[places.len() - 1]) / 2.0;
+    (places[1..places.len() - 1].iter().sum::<DVec3>() + ends) / n
 }

@@ -97,7 +97,12 @@ impl Knitter {
             if self.next_layers(1) != Layers::One {
                 return Err(Problem::new(place, "a tucked stitch", "a row that knits it first"));
             }
-            self.face("draw", 1, &[], Layers::One, place);
+            // A round's last stitch meets its first one's corner; that one is a quad, so that neither collapses.
+            if self.round() && self.fabric.faces.len() == begin {
+                self.face("hold", 1, &["x"], Layers::One, place);
+            } else {
+                self.face("draw", 1, &[], Layers::One, place);
+            }
             self.made.drawn += 1;
         }
         let closed = self.round();
