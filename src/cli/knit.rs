@@ -4,8 +4,9 @@ use super::{Console, Ending, print};
 use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, Sizes, relax};
 use knotmesh::design::expression::Gauge;
 use knotmesh::design::{Knitted, Settings};
+use knotmesh::io::chart::swatch::Swatch;
 use knotmesh::io::output::Output;
-use knotmesh::io::{pattern, smobj};
+use knotmesh::io::{chart, pattern, smobj};
 use knotmesh::template::TemplateLibrary;
 use knotmesh::{Error, Result};
 use std::path::PathBuf;
@@ -23,6 +24,12 @@ pub struct Arguments {
     /// Which of the pattern's sizes; the first if not given.
     #[arg(long, value_name = "NAME")]
     size: Option<String>,
+    /// Of a chart alone: how often it is worked, side by side and one above the other: 4x3.
+    #[arg(long, value_name = "COLUMNSxROWS", value_parser = repeat)]
+    repeat: Option<(usize, usize)>,
+    /// Of a chart alone: stitches and rows of garter around it.
+    #[arg(long, value_name = "N")]
+    border: Option<u16>,
     /// Give every stitch its natural size (as relax-mesh does with its defaults); else places are rough.
     #[arg(long)]
     relax: bool,
@@ -43,6 +50,13 @@ pub fn gauge(text: &str) -> Result<Gauge, String> {
     }
 }
 
+/// `4x3`
+fn repeat(text: &str) -> Result<(usize, usize), String> {
+    let number = |t: &str| t.trim().parse::<u16>().ok().filter(|n| *n > 0).map(usize::from);
+    let both = text.split_once('x').and_then(|(columns, rows)| Some((number(columns)?, number(rows)?)));
+    both.ok_or_else(|| format!("found '{text}', expected columns x rows, each from 1 to 65535"))
+}
+
 /// Knits.
 pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     if let Some(output) = &arguments.output
@@ -54,7 +68,19 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         )));
     }
     let size = arguments.size.as_ref().map(|s| s.to_lowercase());
-    let mut knitted = pattern::knit_file(&arguments.pattern, &Settings { gauge: arguments.gauge, size })?;
+    let settings = Settings { gauge: arguments.gauge, size };
+    let mut knitted = if chart::is_chart(&arguments.pattern) {
+        let (columns, rows) = arguments.repeat.unwrap_or((1, 1));
+        let border = arguments.border.unwrap_or(0).into();
+        chart::swatch::knit_file(&arguments.pattern, &settings, Swatch { columns, rows, border })?
+    } else if arguments.repeat.is_some() || arguments.border.is_some() {
+        return Err(Error::invalid(format_args!(
+            "{}: found --repeat or --border for a pattern, expected a chart (.chart, .json or .png)",
+            arguments.pattern.display()
+        )));
+    } else {
+        pattern::knit_file(&arguments.pattern, &settings)?
+    };
     if arguments.check {
         print(&summary(&knitted))?;
     } else {

@@ -332,9 +332,12 @@ impl Row<'_> {
             let known = if known.is_empty() { "there are none".into() } else { known.join(", ") };
             Problem::new(place, format_args!("'{name}'"), format_args!("the name of a chart ({known})"))
         })?;
-        for (stitch, colour) in chart.row(self.context.chart_row, self.context.right_side) {
-            self.take(stitch.takes(), "the chart", place)?;
-            self.push(Step::Work(stitch, colour), place)?;
+        for cell in chart.row(self.context.chart_row, self.context.right_side) {
+            let Place { line, column } = cell.place;
+            let place = if chart.alone { cell.place } else { place };
+            let what = format!("the chart's square at its line {line}, column {column}");
+            self.take(cell.stitch.takes(), &what, place)?;
+            self.push(Step::Work(cell.stitch, cell.colour), place)?;
         }
         Ok(())
     }

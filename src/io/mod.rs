@@ -1,6 +1,7 @@
 //! Readers and writers, one file per format.
 
 pub mod bcc;
+pub mod chart;
 pub mod convert;
 pub mod convert_database;
 pub mod curve_info;

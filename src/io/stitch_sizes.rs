@@ -96,7 +96,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<StitchSizes> {
         let what = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
         let (found, expected) = match what.split_once(", expected ") {
             Some((found, expected)) if e.is_data() => (found.to_string(), expected.to_string()),
-            _ => explain(&e, next),
+            _ => explain(&e, next, "stitch sizes as JSON"),
         };
         Error::input(path, line, column, found, expected)
     })?;
