@@ -106,7 +106,12 @@ impl Knitter {
             self.made.drawn += 1;
         }
         let closed = self.round();
-        self.cut(place);
+        if closed {
+            // The end stays in the middle of the drawn-in round, where a border would have no room.
+            self.tip = None;
+        } else {
+            self.cut(place);
+        }
         self.record(begin, direction, closed, false, place);
         self.turned = true;
         Ok(())
