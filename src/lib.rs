@@ -8,6 +8,7 @@
 pub mod backend;
 pub mod curve;
 pub mod database;
+pub mod drape;
 pub mod error;
 pub mod ids;
 pub mod io;
