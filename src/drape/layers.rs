@@ -108,7 +108,7 @@ impl Layers {
             let apart = positions[b] - positions[a];
             let began = previous[b] - previous[a];
             // Those that changed sides on the way are not to go on as if nothing had been.
-            let crossed = apart.dot(began) < 0.0 && apart.length_squared() < 16.0 * t * t;
+            let crossed = apart.dot(began) <= 0.0 && apart.length_squared() < 16.0 * t * t;
             let squared = apart.length_squared();
             if squared >= t * t && !crossed {
                 continue;
@@ -123,7 +123,7 @@ impl Layers {
                 continue;
             };
             let along = apart.dot(normal);
-            let target = if began_at >= t { t } else { t.min(began_at.max(along) + RECOVERY * dt) };
+            let target = if began_at >= t { t } else { t.min(began_at + RECOVERY * dt) };
             let depth = target - along;
             let sum = self.inverse_mass[a] + self.inverse_mass[b];
             // Not: <=, for what is not finite is left alone.

@@ -178,12 +178,16 @@ impl Obstacle {
             if touch.distance < self.thickness {
                 let first = self.body.touch(start + touch.slide, f64::INFINITY, touch.triangle);
                 let began = first.map_or(self.thickness, |t| t.distance).min(self.thickness);
-                let target = self.thickness.min(began.max(touch.distance) + RECOVERY * dt);
                 // One that began outside ends outside.
-                let target = if began >= self.thickness { self.thickness } else { target };
-                contact = Contact { touched: true, deep: self.thickness - target };
-                q += touch.normal * (target - touch.distance);
-                depth += target - touch.distance;
+                let target = if began >= self.thickness {
+                    self.thickness
+                } else {
+                    self.thickness.min(began + RECOVERY * dt)
+                };
+                let out = f64::max(target - touch.distance, 0.0);
+                contact = Contact { touched: true, deep: self.thickness - touch.distance - out };
+                q += touch.normal * out;
+                depth += out;
                 normal = touch.normal;
                 slide = touch.slide;
                 near.slack = 0.0;
@@ -310,7 +314,7 @@ mod tests {
             Shape::Capsule { from: a, to: b, radius: 0.05 },
         ] {
             let obstacle = obstacle(shape);
-            let (previous, mut position) = (DVec3::new(0.01, 1.0, 0.01), DVec3::new(0.01, -1.0, 0.01));
+            let (previous, mut position) = (DVec3::new(1e-3, 1.0, 1e-3), DVec3::new(1e-3, -1.0, 1e-3));
             let contact = obstacle.push(previous, &mut position, 1e-3, &mut Near::default());
             assert!(contact.touched && position.y > 0.0, "{position}");
             assert!(obstacle.distance(position) >= 0.01 - 1e-12);

@@ -23,6 +23,8 @@ pub struct DrapeScene {
     pub relax: bool,
     /// Areal density of the cloth, kg/m^2; none: the cloth's own.
     pub density: Option<f64>,
+    /// Rate at which velocities fade, 1/s; none: what the stepper takes by itself.
+    pub damping: Option<f64>,
     /// Groups that are held. Where groups share a node, the last one has it.
     pub held: Vec<Held>,
     /// What cloth does not pass through.
@@ -44,6 +46,7 @@ impl Default for DrapeScene {
             place: Pose::IDENTITY,
             relax: false,
             density: None,
+            damping: None,
             held: Vec::new(),
             colliders: Vec::new(),
             self_collision: None,
@@ -150,7 +153,7 @@ pub struct Collider {
     pub motions: Vec<Motion>,
     /// Of cloth on it.
     pub friction: Friction,
-    /// How near nodes of the cloth come, metres; none: a quarter of a stitch's width.
+    /// How near nodes of the cloth come, metres; none: a fifth of a stitch's diagonal.
     pub thickness: Option<f64>,
     /// Where its entry stands in the file, for messages: `colliders[2]`.
     pub name: String,
@@ -200,7 +203,7 @@ pub struct Solid {
 /// How nodes keep their distance from nodes that are no neighbours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SelfCollision {
-    /// Least distance between nodes, metres; none: 1.25 times half a stitch's diagonal.
+    /// Least distance between nodes, metres; none: five eighths of a stitch's diagonal.
     pub thickness: Option<f64>,
     /// Of cloth on itself.
     pub friction: Friction,

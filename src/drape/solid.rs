@@ -29,7 +29,7 @@ impl Solid {
                 let found = format!("{} vertices in frame {number}", frame.len());
                 return wrong(found, &format!("{} as in frame 0", first.len()));
             }
-            if let Some(vertex) = frame.iter().position(|p| !(p.abs().max_element() <= 1e9)) {
+            if let Some(vertex) = frame.iter().position(|p| !p.to_array().iter().all(|x| x.abs() <= 1e9)) {
                 return wrong(
                     format!("vertex {vertex} of frame {number} beyond 1e9 m"),
                     "positions nearer than that",

@@ -1,5 +1,5 @@
 //! Wind on the triangles of the cloth: drag along their normals, `drag * area * |u_n| u_n n`, u_n the speed of the air past
-//! the triangle along its normal n; gusts are value noise over time.
+//! a node along the normal n of a triangle around it, of which a third is the node's; gusts are value noise over time.
 
 use super::scene::{Gust, Wind};
 use glam::DVec3;
@@ -19,8 +19,8 @@ pub struct Air {
     offsets: Vec<u32>,
     /// Triangles around nodes, rising.
     around: Vec<u32>,
-    /// `[triangle]` a third of the force, N.
-    forces: Vec<DVec3>,
+    /// `[triangle]` area times normal, m^2.
+    areas: Vec<DVec3>,
 }
 
 impl Air {
@@ -45,7 +45,7 @@ impl Air {
             triangles: triangles.to_vec(),
             offsets,
             around,
-            forces: vec![DVec3::ZERO; triangles.len()],
+            areas: vec![DVec3::ZERO; triangles.len()],
         }
     }
 
@@ -65,31 +65,28 @@ impl Air {
         velocities: &mut [DVec3],
     ) {
         let air = self.velocity(time);
-        let drag = self.wind.drag;
-        let triangles = &self.triangles;
-        let now: &[DVec3] = velocities;
-        self.forces.par_iter_mut().zip(triangles).with_min_len(CHUNK).for_each(|(force, t)| {
+        let (drag, triangles) = (self.wind.drag, &self.triangles);
+        self.areas.par_iter_mut().zip(triangles).with_min_len(CHUNK).for_each(|(area, t)| {
             let [a, b, c] = t.map(|v| positions[v as usize]);
-            let twice_area = (b - a).cross(c - a);
-            let double = twice_area.length();
-            *force = DVec3::ZERO;
-            if double > 0.0 {
-                let normal = twice_area / double;
-                let mean = t.iter().map(|v| now[*v as usize]).sum::<DVec3>() / 3.0;
-                let past = (air - mean).dot(normal);
-                // The air's own speed is the end: the share of it that is gained in dt is held to 1.
-                let lightest = t.iter().map(|v| inverse_mass[*v as usize]).fold(0.0, f64::max);
-                let strength = drag * double * 0.5 / 3.0 * past.abs();
-                // Six triangles share a node, so each may give it a sixth.
-                let most = if lightest > 0.0 { 1.0 / (6.0 * lightest * dt) } else { strength };
-                *force = normal * (past * strength.min(most));
-            }
+            *area = (b - a).cross(c - a) * 0.5;
         });
-        let (forces, offsets, around) = (&self.forces, &self.offsets, &self.around);
+        let (areas, offsets, around) = (&self.areas, &self.offsets, &self.around);
         velocities.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(node, velocity)| {
             let of = &around[offsets[node] as usize..offsets[node + 1] as usize];
-            let force: DVec3 = of.iter().map(|t| forces[*t as usize]).sum();
-            *velocity += force * (inverse_mass[node] * dt);
+            let (past, share) = (air - *velocity, dt * inverse_mass[node]);
+            // Gains of a triangle's share of the air's speed at most: all of them together do not overtake it.
+            let most = 1.0 / of.len().max(1) as f64;
+            let mut gain = DVec3::ZERO;
+            for t in of {
+                let vector = areas[*t as usize];
+                let area = vector.length();
+                if area > 0.0 {
+                    let normal = vector / area;
+                    let along = past.dot(normal);
+                    gain += normal * (along * (share * drag * area / 3.0 * along.abs()).min(most));
+                }
+            }
+            *velocity += gain;
         });
     }
 }

@@ -16,7 +16,7 @@ use serde::Deserialize;
 use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 use std::path::Path;
-use values::{Above, Count, Vector};
+use values::{Above, AtLeastZero, Count, Vector};
 
 /// The `format` field of scene files.
 pub const FORMAT: &str = "knotmesh-scene";
@@ -34,6 +34,7 @@ struct FileScene<'a> {
     place: Option<FilePlace>,
     relax: Option<bool>,
     density: Option<Above>,
+    damping: Option<AtLeastZero>,
     #[serde(borrow, default)]
     motions: BTreeMap<String, &'a RawValue>,
     #[serde(borrow, default)]
@@ -130,6 +131,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<DrapeScene> {
         place: file.place.map_or(default.place, |p| p.pose()),
         relax: file.relax.unwrap_or(default.relax),
         density: file.density.map(|d| d.0),
+        damping: file.damping.map(|d| d.0),
         held,
         colliders,
         self_collision,

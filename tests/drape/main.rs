@@ -1,0 +1,9 @@
+//! Cloth in motion: scenes, colliders, friction, self-collision, wind and frames.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod contact;
+mod parse;
+mod solids;
+mod wild;
