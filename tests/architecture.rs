@@ -12,6 +12,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("mesh", &["error", "ids"]),
     ("pattern", &["error"]),
     ("template", &["error", "ids", "mesh"]),
+    ("cloth", &["error", "ids", "math", "mesh", "template"]),
     // Readers and writers of plain data; `io::result` alone knows solved frames.
     ("io", &["error", "ids", "mesh", "pattern", "template", "yarn"]),
     ("scene", &["error", "ids", "math", "mesh", "template"]),
