@@ -5,6 +5,7 @@ mod cloth;
 mod convert;
 mod database;
 mod device;
+mod drape;
 mod info;
 mod inputs;
 #[cfg(feature = "measure")]
@@ -41,6 +42,8 @@ struct Cli {
 enum Command {
     /// Relax the yarn of a stitch mesh.
     Relax(Box<relax::Arguments>),
+    /// Step a mesh as cloth through a scene: held and moved borders, colliders, wind.
+    Drape(drape::Arguments),
     /// Say what is in a mesh, library or curve file; for a mesh also what would go wrong with it.
     Info(info::Arguments),
     /// List the stitches that a library offers.
@@ -97,6 +100,7 @@ pub fn run() -> ExitCode {
     let console = Console { quiet: cli.quiet, verbose: cli.verbose };
     let result: Result<Ending> = match cli.command {
         Command::Relax(arguments) => relax::run(&arguments, console),
+        Command::Drape(arguments) => drape::run(&arguments, console),
         Command::Info(arguments) => info::run(&arguments).map(|()| Ending::Done),
         Command::Templates(arguments) => templates::run(&arguments).map(|()| Ending::Done),
         Command::Convert(arguments) => convert::run(&arguments, console).map(|()| Ending::Done),

@@ -1,5 +1,5 @@
 //! What a scene says, as plain data: what is held and moved, what is in the way, what blows. Units are metres,
-//! seconds, kilograms and radians. Read from files by [`crate::io::scene_json`], or put together in code.
+//! seconds, kilograms and radians. Read from files by `io::scene_json`, or put together in code.
 
 use super::motion::{Motion, Pose};
 use glam::DVec3;

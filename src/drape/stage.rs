@@ -97,8 +97,7 @@ impl Stage {
             groups.push(Group { motions: entry.motions.clone(), center, nodes: own, places });
         }
         let is_held = |n: usize| owner[n] != usize::MAX;
-        let inverse_mass: Vec<f64> =
-            (0..count)
+        let inverse_mass: Vec<f64> = (0..count)
             .map(|n| if is_held(n) || nodes.masses[n] <= 0.0 { 0.0 } else { 1.0 / nodes.masses[n] })
             .collect();
         let diagonal = diagonal(mesh, nodes);
@@ -143,6 +142,11 @@ impl Stage {
                 positions[*node as usize] = if still { *place } else { pose.apply(*place) };
             }
         }
+    }
+
+    /// Puts held nodes where they are at time 0.
+    pub fn place_at_start(&self, positions: &mut [DVec3]) {
+        self.place(0.0, positions);
     }
 
     /// Pushes nodes apart, then out of colliders: these have the last word.

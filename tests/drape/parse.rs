@@ -73,19 +73,19 @@ fn errors_say_where_and_what() {
     for (text, expected) in [
         ("", "s.json:1:1: found the end of the file, expected the rest of a value"),
         ("{}", "s.json:1:2: found missing field `frames`, expected a scene as JSON"),
-        ("{\"frames\": 0}", "s.json:1:12: found integer `0`, expected a whole number from 1 to 1000000"),
+        ("{\"frames\": 0}", "s.json:1:13: found integer `0`, expected a whole number from 1 to 1000000"),
         ("{\"frames\": -3}", "s.json:1:13: found integer `-3`, expected u64"),
         (
             "{\"frames\": 1,\n \"fps\": 0}",
-            "s.json:2:9: found floating point `0.0`, expected a number above 0, at least 1e-9 and at most 1e9",
+            "s.json:2:10: found floating point `0.0`, expected a number above 0, at least 1e-9 and at most 1e9",
         ),
         ("{\"frames\": 1,\n \"colour\": 0}", "s.json:2:9: found unknown field `colour`"),
         (
             "{\"frames\": 1, \"gravity\": [0, 1e300, 0]}",
-            "s.json:1:36: found floating point `1e300`, expected a number from -1e9 to 1e9",
+            "s.json:1:36: found floating point `1e+300`, expected a number from -1e9 to 1e9",
         ),
-        ("{\"frames\": 1, \"gravity\": [0, 1e999, 0]}", "s.json:1:36: found number out of range"),
-        ("{\"frames\": 1, \"gravity\": [0, NaN, 0]}", "s.json:1:31: found 'N', expected value"),
+        ("{\"frames\": 1, \"gravity\": [0, 1e999, 0]}", "s.json:1:34: found number out of range"),
+        ("{\"frames\": 1, \"gravity\": [0, NaN, 0]}", "s.json:1:30: found 'N', expected value"),
         (
             "{\"frames\": 1, \"gravity\": [0, 0]}",
             "s.json:1:31: found invalid length 2, expected an array of length 3",
@@ -102,7 +102,7 @@ fn errors_say_where_and_what() {
         ),
         (
             "{\"frames\": 1, \"pins\": [{\"select\": {\"border\": \"north\"}}]}",
-            "s.json:1:53: found unknown variant `north`, expected one of `left`",
+            "s.json:1:52: found unknown variant `north`, expected one of `left`",
         ),
         (
             "{\"frames\": 1, \"pins\": [{\"select\": {\"vertices\": [1], \"depth\": 1}}]}",
@@ -130,7 +130,7 @@ fn errors_say_where_and_what() {
         ),
         (
             "{\"frames\": 1, \"motions\": {\"a\": {\"keys\": [{\"time\": 1},\n{\"time\": 1}]}}}",
-            "s.json:2:11: found time 1 after time 1, expected a later one",
+            "s.json:2:12: found time 1 after time 1, expected a later one",
         ),
         (
             "{\"frames\": 1, \"motions\": {\"a\": {\"axis\": [0,0,0], \"keys\": [{\"time\": 0}]}}}",
