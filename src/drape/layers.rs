@@ -23,7 +23,7 @@ pub struct Layers {
     excluded_offsets: Vec<u32>,
     /// Nodes that are a face or two away, rising.
     excluded: Vec<u32>,
-    /// Beyond the thickness, pairs up to here are kept.
+    /// Beyond the thickness, pairs up to here are kept; chosen anew with every search.
     margin: f64,
     pairs: Vec<[u32; 2]>,
     /// Positions when pairs were looked for.
@@ -99,6 +99,11 @@ impl Layers {
     /// Pushes pairs apart that came too near on their way from `previous` to `positions` in `dt` seconds, and rubs them.
     pub fn push(&mut self, dt: f64, previous: &[DVec3], positions: &mut [DVec3]) -> LayerContacts {
         if self.stale(positions) {
+            // Far where nodes move slowly, so that pairs serve for some substeps; near where they would not anyway.
+            let way = most_moved(previous, positions);
+            let lasting = 8.0 * way;
+            let t = self.thickness;
+            self.margin = if lasting <= 1.5 * t { lasting.max(0.25 * t) } else { 0.25 * t };
             self.look(positions);
         }
         let mut all = LayerContacts::default();
@@ -147,10 +152,8 @@ impl Layers {
         if self.looked.len() != positions.len() {
             return true;
         }
-        let count = positions.len().max(1) as f64;
-        let mean = positions.iter().zip(&self.looked).map(|(p, q)| *p - *q).sum::<DVec3>() / count;
-        let most = self.margin * 0.5;
-        positions.iter().zip(&self.looked).any(|(p, q)| !((*p - *q - mean).length_squared() <= most * most))
+        // Not: >, for what is not finite is looked at again.
+        !(most_moved(&self.looked, positions) <= self.margin * 0.5)
     }
 
     /// Looks for pairs within the thickness and the margin.
@@ -162,16 +165,22 @@ impl Layers {
         let (grid, offsets, excluded) = (&self.grid, &self.excluded_offsets, &self.excluded);
         let inverse_mass = &self.inverse_mass;
         self.found.resize(positions.len().div_ceil(CHUNK), Vec::new());
-        self.found.par_iter_mut().enumerate().for_each(|(chunk, found)| {
+        let marks = || vec![u32::MAX; positions.len()];
+        self.found.par_iter_mut().enumerate().for_each_init(marks, |marks, (chunk, found)| {
             found.clear();
             let nodes = chunk * CHUNK..positions.len().min((chunk + 1) * CHUNK);
             for node in nodes {
+                // Neighbours are marked with the node's number, which is quicker than to look them up.
                 let skip = &excluded[offsets[node] as usize..offsets[node + 1] as usize];
+                skip.iter().for_each(|n| marks[*n as usize] = node as u32);
                 let begin = found.len();
+                let place = positions[node];
                 grid.around(node, |other| {
-                    let near = positions[other as usize].distance_squared(positions[node]) <= within * within;
-                    let movable = inverse_mass[node] + inverse_mass[other as usize] > 0.0;
-                    if other as usize > node && near && movable && skip.binary_search(&other).is_err() {
+                    if other as usize > node
+                        && marks[other as usize] != node as u32
+                        && positions[other as usize].distance_squared(place) <= within * within
+                        && inverse_mass[node] + inverse_mass[other as usize] > 0.0
+                    {
                         found.push([node as u32, other]);
                     }
                 });
@@ -192,6 +201,17 @@ impl Layers {
         self.pairs.clear();
         self.found.iter().for_each(|found| self.pairs.extend_from_slice(found));
     }
+}
+
+/// The longest way of a node relative to the mean of all: what moves as one comes no nearer.
+fn most_moved(from: &[DVec3], to: &[DVec3]) -> f64 {
+    let mean = to.iter().zip(from).map(|(p, q)| *p - *q).sum::<DVec3>() / to.len().max(1) as f64;
+    let farther = |most: f64, (p, q): (&DVec3, &DVec3)| {
+        let squared = (*p - *q - mean).length_squared();
+        // A maximum that keeps what is no number.
+        if squared <= most { most } else { squared }
+    };
+    to.iter().zip(from).fold(0.0, farther).sqrt()
 }
 
 impl Grid {

@@ -175,7 +175,8 @@ impl Obstacle {
         if let Some(touch) = self.body.touch(q, reach, near.triangle) {
             *near =
                 Near { at: q, slack: touch.distance - self.thickness, travelled, triangle: touch.triangle };
-            if touch.distance < self.thickness {
+            // A node that was put on the surface lies on it but for rounding.
+            if touch.distance < self.thickness - 1e-12 {
                 let first = self.body.touch(start + touch.slide, f64::INFINITY, touch.triangle);
                 let began = first.map_or(self.thickness, |t| t.distance).min(self.thickness);
                 // One that began outside ends outside.

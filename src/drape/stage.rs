@@ -178,8 +178,8 @@ impl Stage {
                     all.0 = usize::from(touched > 0);
                 }
                 all.1 = deep;
-                // One collider alone has been settled.
-                if touched == 0 || (touched == 1 && count == 1) {
+                // One collider alone has been settled at once.
+                if touched == 0 || count == 1 {
                     break;
                 }
             }
