@@ -105,6 +105,11 @@ impl Cloth {
 pub(super) fn forces(cloth: &Cloth, x: &[DVec3], out: &mut [DVec3]) {
     assert!([x.len(), out.len()] == [cloth.node_count(); 2], "a position and a force for each node");
     out.fill(DVec3::ZERO);
+    add_forces(cloth, x, out);
+}
+
+/// Adds elastic forces.
+pub(super) fn add_forces(cloth: &Cloth, x: &[DVec3], out: &mut [DVec3]) {
     cloth.scatter(
         out,
         |_, s| {
@@ -113,5 +118,20 @@ pub(super) fn forces(cloth: &Cloth, x: &[DVec3], out: &mut [DVec3]) {
             direction * (s.stiffness * (s.length - length))
         },
         |b| b.curvature(x) * -b.stiffness,
+    );
+}
+
+/// Adds elastic forces and those of dampers beside springs and bends, which see how far each has moved since `before`: a
+/// share `gamma` of what a violation as large would give.
+pub(super) fn add_damped_forces(cloth: &Cloth, x: &[DVec3], before: &[DVec3], gamma: f64, out: &mut [DVec3]) {
+    cloth.scatter(
+        out,
+        |_, s| {
+            let [a, b] = s.nodes.map(|n| n as usize);
+            let (direction, length) = s.stretched(x[a], x[b]);
+            let moved = direction.dot((x[a] - before[a]) - (x[b] - before[b]));
+            direction * (s.stiffness * (s.length - length - gamma * moved))
+        },
+        |b| (b.curvature(x) * (1.0 + gamma) - b.curvature(before) * gamma) * -b.stiffness,
     );
 }

@@ -10,14 +10,16 @@
 //! makes springs of it.
 
 mod assemble;
+mod dissect;
 mod energy;
+mod factor;
+mod implicit;
 mod linear;
 pub mod natural;
 mod order;
 pub mod relax;
 pub mod step;
 mod watch;
-mod xpbd;
 
 pub use natural::{Factors, Front, Sizes};
 pub use relax::{RelaxOptions, RelaxReport, relax};
@@ -166,6 +168,12 @@ impl Cloth {
     /// Edges and diagonals with their natural lengths.
     pub fn springs(&self) -> &[Spring] {
         &self.springs
+    }
+
+    /// Bends: nodes, weights (1/m2) and stiffness (N m3), of the energy `stiffness |sum weight x|^2 / 2`. Where there are three
+    /// nodes, the fourth is the first with weight 0.
+    pub fn bending(&self) -> impl Iterator<Item = ([u32; 4], [f64; 4], f64)> {
+        self.bends.iter().map(|b| (b.nodes, b.weights, b.stiffness))
     }
 
     /// Faces cut into triangles, from their first corner on; seen from the front they run counter-clockwise.

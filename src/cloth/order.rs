@@ -95,7 +95,8 @@ pub(crate) fn renumber(nodes: usize, edges: &[[u32; 2]]) -> Vec<u32> {
     number
 }
 
-fn adjacency(nodes: usize, edges: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>) {
+/// `[node + 1]` where the neighbours of each node begin, and neighbours.
+pub(super) fn adjacency(nodes: usize, edges: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>) {
     let mut offsets = vec![0_u32; nodes + 1];
     for n in edges.iter().flatten() {
         offsets[*n as usize + 1] += 1;

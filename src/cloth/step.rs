@@ -1,7 +1,9 @@
-//! Motion: small steps of extended position-based dynamics.
+//! Motion: small implicit steps ([`super::implicit`]), watched and cut where they go wrong.
+//!
+//! `docs/cloth.md` has what this was chosen over, and by what figures.
 
+use super::implicit::Implicit;
 use super::watch::{Slack, State};
-use super::xpbd;
 use super::{Cloth, assemble};
 use crate::Result;
 use glam::DVec3;
@@ -43,6 +45,8 @@ impl Surroundings for () {}
 pub struct StepOptions {
     /// Substeps of a frame.
     pub substeps: usize,
+    /// Iterations of a substep. More substeps gain more than more iterations.
+    pub iterations: usize,
     /// Rate at which velocities fade, 1/s: air.
     pub damping: f64,
     /// Damping time of springs and bends, s: their force is stiffness times (violation + this times its rate).
@@ -55,7 +59,14 @@ pub struct StepOptions {
 
 impl Default for StepOptions {
     fn default() -> Self {
-        Self { substeps: 16, damping: 0.2, elastic_damping: 1e-3, speed_limit: 100.0, retries: 4 }
+        Self {
+            substeps: 4,
+            iterations: 1,
+            damping: 0.2,
+            elastic_damping: 0.0,
+            speed_limit: 100.0,
+            retries: 4,
+        }
     }
 }
 
@@ -88,10 +99,14 @@ pub struct Stepper {
     good: Motion,
     /// Positions at the start of the substep.
     previous: Vec<DVec3>,
+    /// Where they would be at its end without elastic forces.
+    goal: Vec<DVec3>,
+    implicit: Implicit,
     /// 1/kg; 0 where held.
     inverse_mass: Vec<f64>,
     /// Held nodes, and where they were put.
-    held: Vec<(u32, DVec3)>,
+    held: Vec<u32>,
+    held_at: Vec<DVec3>,
     parts: Vec<f64>,
     state: State,
     cuts: u64,
@@ -132,8 +147,11 @@ impl Stepper {
             time: 0.0,
             good: now.clone(),
             previous: start.to_vec(),
+            goal: start.to_vec(),
+            implicit: Implicit::new(&cloth),
             inverse_mass: vec![0.0; n],
             held: Vec::with_capacity(n),
+            held_at: Vec::with_capacity(n),
             now,
             cloth,
             state: State::default(),
@@ -262,15 +280,22 @@ impl Stepper {
             }
         });
         surroundings.place(end, x);
-        for (node, place) in &mut self.held {
-            *place = x[*node as usize];
-            let speed = place.distance(self.previous[*node as usize]) / h;
-            work += self.cloth.masses[*node as usize] * speed * speed;
+        self.held_at.clear();
+        for node in &self.held {
+            let n = *node as usize;
+            let speed = x[n].distance(self.previous[n]) / h;
+            work += self.cloth.masses[n] * speed * speed;
+            self.held_at.push(x[n]);
         }
-        let step = xpbd::Step { inverse_dt2: 1.0 / (h * h), gamma: self.options.elastic_damping / h };
-        xpbd::solve(&self.cloth, step, inverse_mass, &self.previous, x);
+        self.goal.copy_from_slice(x);
+        let gamma = self.options.elastic_damping / h;
+        self.implicit.prepare(&self.cloth, h, gamma, &self.held, inverse_mass);
+        let ends = (&self.previous[..], &self.goal[..]);
+        for _ in 0..self.options.iterations {
+            self.implicit.iterate(&self.cloth, (h, gamma), inverse_mass, ends, x);
+        }
         surroundings.collide(end, h, &self.previous, x);
-        for (node, place) in &self.held {
+        for (node, place) in self.held.iter().zip(&self.held_at) {
             x[*node as usize] = *place;
         }
         let fade = f64::exp(-self.options.damping * h);
@@ -293,11 +318,12 @@ impl Stepper {
         for node in surroundings.held() {
             if let Some(w) = self.inverse_mass.get_mut(*node as usize) {
                 *w = 0.0;
-                if self.held.len() < self.held.capacity() {
-                    self.held.push((*node, DVec3::ZERO));
-                }
+                self.held.push(*node);
             }
         }
+        // In order and each once: the factor belongs to a set.
+        self.held.sort_unstable();
+        self.held.dedup();
     }
 }
 
@@ -312,6 +338,7 @@ fn check(cloth: &Cloth, start: &[DVec3], options: &StepOptions) -> Result<()> {
     assemble::check_finite(start)?;
     let rates = [options.damping, options.elastic_damping];
     let fine = (1..=100_000).contains(&options.substeps)
+        && (1..=1000).contains(&options.iterations)
         && rates.iter().all(|r| r.is_finite() && *r >= 0.0)
         && options.speed_limit > 0.0
         && options.retries <= 10;
@@ -319,7 +346,7 @@ fn check(cloth: &Cloth, start: &[DVec3], options: &StepOptions) -> Result<()> {
         Ok(())
     } else {
         Err(crate::Error::invalid(format_args!(
-            "{options:?}: expected 1 to 100000 substeps, damping of 0 or more, a positive speed limit, up to 10 retries"
+            "{options:?}: expected 1 to 100000 substeps, 1 to 1000 iterations, damping of 0 or more, a positive speed limit, up to 10 retries"
         )))
     }
 }
