@@ -37,7 +37,7 @@ pub struct Layers {
 pub struct LayerContacts {
     /// Pairs that were pushed apart.
     pub contacts: usize,
-    /// How much nearer than the thickness the nearest are left, metres.
+    /// How much nearer than the thickness the nearest were found, metres.
     pub deep: f64,
 }
 
@@ -132,7 +132,7 @@ impl Layers {
             let depth = target - along;
             let sum = self.inverse_mass[a] + self.inverse_mass[b];
             // Not: <=, for what is not finite is left alone.
-            if !(depth > 0.0 && sum > 0.0) {
+            if !(depth > 1e-12 && sum > 0.0) {
                 continue;
             }
             let way = apart - began;
@@ -142,7 +142,7 @@ impl Layers {
             positions[a] -= change * self.inverse_mass[a];
             positions[b] += change * self.inverse_mass[b];
             all.contacts += 1;
-            all.deep = all.deep.max(t - target);
+            all.deep = all.deep.max(t - along);
         }
         all
     }

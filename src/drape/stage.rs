@@ -1,7 +1,7 @@
 //! A scene at work on the nodes of a cloth: holds, moves, blows and pushes, substep by substep.
 
 use super::check::selections;
-use super::layers::Layers;
+use super::layers::{LayerContacts, Layers};
 use super::motion::{Motion, pose_of};
 use super::obstacle::{Near, Obstacle};
 use super::scene::{DrapeScene, SelfCollision};
@@ -16,6 +16,8 @@ use serde::Serialize;
 const CHUNK: usize = 1024;
 /// How often a node is pushed out of colliders that take turns.
 const PASSES: usize = 4;
+/// How often pairs of nodes and colliders take turns in a substep.
+const ROUNDS: usize = 6;
 
 /// Thickness of colliders that name none, in diagonals of a stitch: half of what a knitted fabric is thick.
 pub const COLLIDER_THICKNESS: f64 = 0.2;
@@ -39,11 +41,11 @@ struct Group {
 pub struct ContactReport {
     /// Nodes that touched a collider in the frame's last substep.
     pub contacts: usize,
-    /// Pairs of nodes that were pushed apart in the last substep.
+    /// Pairs of nodes that were pushed apart in the last substep, at its first turn.
     pub self_contacts: usize,
     /// How deep inside a collider's thickness a node was left after any substep, metres.
     pub deepest_penetration: f64,
-    /// How much nearer than the thickness of self-collision a pair was left when its turn came, metres.
+    /// How much nearer than the thickness of self-collision a pair was found at the last turn of a substep, metres.
     pub deepest_self_penetration: f64,
 }
 
@@ -149,17 +151,36 @@ impl Stage {
         self.place(0.0, positions);
     }
 
-    /// Pushes nodes apart, then out of colliders: these have the last word.
+    /// Pushes nodes apart and out of colliders, in turns: colliders have the last word.
     pub fn collide(&mut self, time: f64, dt: f64, previous: &[DVec3], positions: &mut [DVec3]) {
-        if let Some(layers) = &mut self.layers {
-            let all = layers.push(dt, previous, positions);
-            self.report.self_contacts = all.contacts;
-            self.report.deepest_self_penetration = self.report.deepest_self_penetration.max(all.deep);
-        }
-        if self.obstacles.is_empty() {
-            return;
-        }
         self.obstacles.iter_mut().for_each(|o| o.set_times(time - dt, time));
+        for round in 0..ROUNDS {
+            let mut apart = LayerContacts::default();
+            if let Some(layers) = &mut self.layers {
+                apart = layers.push(dt, previous, positions);
+            }
+            if round == 0 {
+                self.report.self_contacts = apart.contacts;
+            }
+            // What no pair has moved since is out of colliders.
+            if round > 0 && apart.contacts == 0 {
+                break;
+            }
+            if round + 1 == ROUNDS {
+                self.report.deepest_self_penetration = self.report.deepest_self_penetration.max(apart.deep);
+            }
+            let contacts = self.push_out(dt, previous, positions);
+            if round == 0 {
+                self.report.contacts = contacts;
+            }
+        }
+    }
+
+    /// Pushes nodes out of colliders; how many were touched.
+    fn push_out(&mut self, dt: f64, previous: &[DVec3], positions: &mut [DVec3]) -> usize {
+        if self.obstacles.is_empty() {
+            return 0;
+        }
         let (obstacles, inverse_mass) = (&self.obstacles, &self.inverse_mass);
         let count = obstacles.len();
         let settle = |(((p, q), near), inverse_mass): (((&mut DVec3, &DVec3), &mut [Near]), &f64)| {
@@ -193,8 +214,8 @@ impl Stage {
             .with_min_len(CHUNK)
             .map(settle)
             .reduce(|| (0, 0.0), |a, b| (a.0 + b.0, f64::max(a.1, b.1)));
-        self.report.contacts = contacts;
         self.report.deepest_penetration = self.report.deepest_penetration.max(deep);
+        contacts
     }
 
     /// Nodes that the scene holds, rising.

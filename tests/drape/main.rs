@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod cloth;
 mod contact;
 mod parse;
 mod solids;
