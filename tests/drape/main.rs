@@ -4,6 +4,7 @@
 mod common;
 
 mod cloth;
+mod command;
 mod contact;
 mod parse;
 mod solids;
