@@ -54,7 +54,6 @@ fn ready_scenes_ignore_nothing_and_run() {
 
 #[test]
 fn yarn_relaxes_on_frames_without_the_disk_as_over_a_file() {
-    // Seen red with frames one late in `FramesWriter`.
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mesh = smobj::read_file(&root.join(MESH)).unwrap();
     let library = TemplateLibrary::embedded();
@@ -91,6 +90,7 @@ fn yarn_relaxes_on_frames_without_the_disk_as_over_a_file() {
         }
     }
     let far = points[7].iter().zip(&points[0]).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+    // So a frame late, or one for all, would be found.
     assert!(far > 1.0, "it moves: {far}");
 }
 
@@ -160,7 +160,6 @@ fn errors_are_one_line_and_leave_nothing() {
 #[cfg(unix)]
 #[test]
 fn an_interrupt_leaves_nothing() {
-    // Seen red without `discard_unfinished` in the handler.
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("long.json");
     let text =

@@ -71,7 +71,7 @@ fn mutated_scenes_never_panic() {
 
 #[test]
 fn poison_in_scenes_of_code_is_refused() {
-    // Each field in turn; seen red with the check of any of them left out.
+    // Each field in turn; seen red with the gust's period unchecked.
     let poison = [f64::NAN, f64::INFINITY, -f64::INFINITY, -1e300];
     type Set = fn(&mut DrapeScene, f64);
     let fields: [Set; 25] = [
