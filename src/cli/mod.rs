@@ -15,6 +15,7 @@ mod measure_database;
 mod outputs;
 mod progress;
 mod relax;
+mod relax_mesh;
 mod report;
 mod skip;
 mod stress;
@@ -44,6 +45,8 @@ enum Command {
     Relax(Box<relax::Arguments>),
     /// Step a mesh as cloth through a scene: held and moved borders, colliders, wind.
     Drape(drape::Arguments),
+    /// Relax a stitch mesh to the natural sizes of its stitches.
+    RelaxMesh(relax_mesh::Arguments),
     /// Say what is in a mesh, library or curve file; for a mesh also what would go wrong with it.
     Info(info::Arguments),
     /// List the stitches that a library offers.
@@ -101,6 +104,7 @@ pub fn run() -> ExitCode {
     let result: Result<Ending> = match cli.command {
         Command::Relax(arguments) => relax::run(&arguments, console),
         Command::Drape(arguments) => drape::run(&arguments, console),
+        Command::RelaxMesh(arguments) => relax_mesh::run(&arguments, console),
         Command::Info(arguments) => info::run(&arguments).map(|()| Ending::Done),
         Command::Templates(arguments) => templates::run(&arguments).map(|()| Ending::Done),
         Command::Convert(arguments) => convert::run(&arguments, console).map(|()| Ending::Done),

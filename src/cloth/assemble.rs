@@ -94,7 +94,7 @@ fn check(mesh: &StitchMesh, options: &ClothOptions) -> Result<()> {
 
 /// Refuses positions that are not finite, or too far for their squares to be.
 pub(super) fn check_finite(positions: &[DVec3]) -> Result<()> {
-    match positions.iter().position(|p| !(p.abs().max_element() <= FAR) || !p.is_finite()) {
+    match positions.iter().position(|p| !p.is_finite() || p.abs().max_element() > FAR) {
         Some(i) => Err(Error::invalid(format_args!(
             "position {} of {} is {}, expected finite numbers up to {FAR:e}",
             i + 1,

@@ -75,7 +75,7 @@ impl Factor {
     }
 
     /// Entries of the factor below its diagonal.
-    pub fn len(&self) -> usize {
+    pub fn entries(&self) -> usize {
         self.indices.len()
     }
 
@@ -101,8 +101,8 @@ impl Factor {
                 }
             }
         }
-        for k in 0..n {
-            self.columns[k + 1] = self.columns[k] + count[k];
+        for (k, count) in count.iter().enumerate() {
+            self.columns[k + 1] = self.columns[k] + count;
         }
         let size = self.columns[n] as usize;
         self.indices = vec![0; size];

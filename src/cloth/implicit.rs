@@ -60,7 +60,7 @@ impl Implicit {
 
     /// Entries of the factor.
     pub fn entries(&self) -> usize {
-        self.factor.len()
+        self.factor.entries()
     }
 
     /// Factors for steps of `h` seconds, unless that is done. `gamma` is the damping time over `h`; nodes without inverse mass are

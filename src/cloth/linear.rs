@@ -5,8 +5,7 @@ use glam::{DMat3, DVec3};
 
 /// Workspaces of conjugate gradients, and the matrix in pieces.
 pub(super) struct System {
-    /// `[spring]` direction and stiffness across it, N/m. A compressed spring's is negative and left out: then the matrix is
-    /// positive, and its steps go downhill.
+    /// `[spring]` direction and stiffness across it, N/m. A compressed spring's is negative; left out, the matrix is positive.
     springs: Vec<(DVec3, f64)>,
     /// `[node]` inverse of the matrix's diagonal block.
     inverse: Vec<DMat3>,
@@ -29,21 +28,25 @@ impl System {
         }
     }
 
-    /// The matrix at positions, plus `shift` (N/m) on its diagonal.
-    pub fn set(&mut self, cloth: &Cloth, x: &[DVec3], shift: f64) {
+    /// The matrix at positions, plus `shift` (N/m) on its diagonal; `exact` with what is negative.
+    pub fn set(&mut self, cloth: &Cloth, x: &[DVec3], shift: f64, exact: bool) {
         self.shift = shift;
         self.springs.clear();
         self.springs.extend(cloth.springs.iter().map(|s| {
             let [a, b] = s.nodes.map(|n| x[n as usize]);
             let (n, l) = s.stretched(a, b);
-            (n, s.stiffness * (1.0 - s.length / l.max(1e-300)).max(0.0))
+            // Below a tenth of its length a spring turns with any step: its exact derivative says little.
+            let across = 1.0 - s.length / l.max(0.1 * s.length);
+            (n, s.stiffness * if exact { across } else { across.max(0.0) })
         }));
         self.inverse.clear();
         self.inverse.resize(x.len(), DMat3::from_diagonal(DVec3::splat(shift)));
         for (s, (n, across)) in cloth.springs.iter().zip(&self.springs) {
+            // The preconditioner stays positive.
+            let across = across.max(0.0);
             let along = *n * (s.stiffness - across);
             let block = DMat3::from_cols(along * n.x, along * n.y, along * n.z)
-                + DMat3::from_diagonal(DVec3::splat(*across));
+                + DMat3::from_diagonal(DVec3::splat(across));
             s.nodes.iter().for_each(|k| self.inverse[*k as usize] += block);
         }
         for b in &cloth.bends {
@@ -76,7 +79,8 @@ impl System {
     }
 
     /// Solves for `step` by preconditioned conjugate gradients until the residual has shrunk to a share `tolerance` of
-    /// `forces`, or for `most` rounds; returns the rounds. `keep` leaves of a vector what may move.
+    /// `forces`, for `most` rounds, or until a direction comes up along which the matrix is not positive, so that steps go
+    /// downhill in any case; returns the rounds. `keep` leaves of a vector what may move.
     pub fn solve(
         &mut self,
         cloth: &Cloth,
@@ -96,7 +100,7 @@ impl System {
             }
             keep(&mut self.product);
             let rho = dot(&self.residual, &self.product);
-            if !(rho > 0.0) {
+            if rho.is_nan() || rho <= 0.0 {
                 return round;
             }
             let beta = if round == 0 { 0.0 } else { rho / before };
@@ -110,8 +114,11 @@ impl System {
             self.multiply(cloth);
             keep(&mut self.product);
             let curvature = dot(&self.direction, &self.product);
-            if !(curvature > 0.0) {
-                return round;
+            if curvature.is_nan() || curvature <= 0.0 {
+                if round == 0 {
+                    step.copy_from_slice(&self.direction);
+                }
+                return round + 1;
             }
             let alpha = rho / curvature;
             for (((x, r), p), q) in

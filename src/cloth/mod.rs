@@ -208,6 +208,22 @@ impl Cloth {
         energy::forces(self, nodes, out);
     }
 
+    /// Root mean square of the edges' strains: how much longer or shorter they are than their natural lengths, relative to those.
+    ///
+    /// # Panics
+    /// If there are not as many positions as nodes.
+    pub fn strain(&self, nodes: &[DVec3]) -> f64 {
+        assert_eq!(nodes.len(), self.node_count(), "a position for each node");
+        let edges = self.springs.iter().filter(|s| s.kind != SpringKind::Shear);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for s in edges {
+            let [a, b] = s.nodes.map(|n| nodes[n as usize]);
+            sum += (a.distance(b) / s.length - 1.0).powi(2);
+            count += 1.0;
+        }
+        f64::sqrt(sum / f64::max(count, 1.0))
+    }
+
     /// Gives every vertex the place of its node.
     ///
     /// # Panics

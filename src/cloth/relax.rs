@@ -1,6 +1,7 @@
 //! Quasi-static relaxation: the shape of least energy that is downhill from a start.
 //!
-//! Newton steps whose matrix leaves out what is negative (springs under compression), solved by conjugate gradients, damped by a
+//! Newton steps whose matrix leaves out what is negative (springs under compression) until the end is near, solved by conjugate
+//! gradients that stop where it is not positive, damped by a
 //! multiple of the identity that shrinks while steps succeed, with a line search: the energy never rises, however rough the
 //! start. First the start is scaled to the best size, which has a closed form. All of it turns with the start: a turned start
 //! gives the turned result but for rounding.
@@ -187,6 +188,7 @@ impl<'a> Problem<'a> {
         let stiffest = cloth.springs.iter().map(|s| s.stiffness).fold(0.0, f64::max);
         let mut shift = 1e-3 * stiffest;
         let mut energy = self.energy(x);
+        let mut coarse = false;
         loop {
             self.forces(x, &mut forces);
             let greatest = forces.iter().map(|f| f.length()).fold(0.0, f64::max);
@@ -197,7 +199,9 @@ impl<'a> Problem<'a> {
             if report.converged || spent || !energy.is_finite() {
                 return;
             }
-            system.set(cloth, x, shift);
+            // Far from the end what is negative only misleads; near it, steps without it would creep.
+            let exact = report.residual < 1e-2 && !coarse;
+            system.set(cloth, x, shift, exact);
             // As exact as it pays: the nearer the end, the more.
             let tolerance = report.residual.sqrt().clamp(1e-3, 0.1);
             let most = (options.rounds - report.rounds).min(400);
@@ -219,6 +223,8 @@ impl<'a> Problem<'a> {
                 }
                 share *= 0.5;
             }
+            // After a bad step one without.
+            coarse = exact && share < 0.25;
             shift = match share {
                 _ if !done => shift * 16.0,
                 1.0 => shift / 8.0,

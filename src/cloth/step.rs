@@ -99,7 +99,7 @@ pub struct Stepper {
     good: Motion,
     /// Positions at the start of the substep.
     previous: Vec<DVec3>,
-    /// Where they would be at its end without elastic forces.
+    /// Where free ones would be at its end without elastic forces.
     goal: Vec<DVec3>,
     implicit: Implicit,
     /// 1/kg; 0 where held.
@@ -181,6 +181,11 @@ impl Stepper {
     /// Velocities, to be set: a thrown cloth.
     pub fn velocities_mut(&mut self) -> &mut [DVec3] {
         &mut self.now.v
+    }
+
+    /// Entries of the factored matrix, which a solve reads twice: 8 bytes each.
+    pub fn factor_entries(&self) -> usize {
+        self.implicit.entries()
     }
 
     /// Seconds since the start.
@@ -270,16 +275,23 @@ impl Stepper {
         let [start, end] = [k, k + 1].map(|k| began + dt * (k as f64 / substeps as f64));
         let Motion { x, v } = &mut self.now;
         self.previous.copy_from_slice(x);
-        let kinetic = super::watch::kinetic(&self.cloth, v);
-        surroundings.accelerate(start, h, x, v);
-        let mut work = (super::watch::kinetic(&self.cloth, v) - kinetic).max(0.0);
+        // Iterations begin where the last velocities lead, without what accelerates now: so cloth at rest under a load is where
+        // its forces balance, and stays there, however few iterations.
         let inverse_mass = &self.inverse_mass;
         x.par_iter_mut().zip(&*v).zip(inverse_mass).with_min_len(2048).for_each(|((x, v), w)| {
             if *w > 0.0 {
                 *x += *v * h;
             }
         });
+        let kinetic = super::watch::kinetic(&self.cloth, v);
+        surroundings.accelerate(start, h, &self.previous, v);
+        let mut work = (super::watch::kinetic(&self.cloth, v) - kinetic).max(0.0);
         surroundings.place(end, x);
+        self.goal.par_iter_mut().zip(&self.previous).zip(&*v).with_min_len(2048).for_each(
+            |((goal, x), v)| {
+                *goal = *x + *v * h;
+            },
+        );
         self.held_at.clear();
         for node in &self.held {
             let n = *node as usize;
@@ -287,7 +299,6 @@ impl Stepper {
             work += self.cloth.masses[n] * speed * speed;
             self.held_at.push(x[n]);
         }
-        self.goal.copy_from_slice(x);
         let gamma = self.options.elastic_damping / h;
         self.implicit.prepare(&self.cloth, h, gamma, &self.held, inverse_mass);
         let ends = (&self.previous[..], &self.goal[..]);

@@ -28,6 +28,7 @@ pub mod scene_json;
 pub mod sequence;
 pub mod sf;
 pub mod smobj;
+pub mod stitch_sizes;
 pub mod strain_table;
 pub mod template_json;
 pub mod text;
