@@ -524,8 +524,10 @@ impl Program<'_> {
 
 fn colour_number(colours: &mut Vec<[u8; 3]>, rgb: [u8; 3]) -> u16 {
     let known = colours.iter().position(|c| *c == rgb);
-    known.unwrap_or_else(|| {
+    let number = known.unwrap_or_else(|| {
         colours.push(rgb);
         colours.len() - 1
-    }) as u16
+    });
+    // Nobody knits in 65,536 colours: further ones look like the last.
+    number.min(usize::from(u16::MAX)) as u16
 }

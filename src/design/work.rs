@@ -204,7 +204,7 @@ impl Knitter {
             Step::Work(stitch, colour) => {
                 let before = self.colour;
                 self.colour = colour.unwrap_or(before);
-                let used = self.work(*stitch, next, place);
+                let used = self.work(*stitch, *colour, next, place);
                 self.colour = before;
                 used
             }
@@ -293,7 +293,13 @@ impl Knitter {
         }
     }
 
-    fn work(&mut self, stitch: Stitch, next: Option<&Step>, place: Place) -> Result<usize, Problem> {
+    fn work(
+        &mut self,
+        stitch: Stitch,
+        colour: Option<u16>,
+        next: Option<&Step>,
+        place: Place,
+    ) -> Result<usize, Problem> {
         let rs = self.right_side;
         let plain = |s: Stitch| matches!(s, Stitch::Knit | Stitch::Purl);
         let chain = self.tip.is_some_and(|t| t.chain);
@@ -301,7 +307,7 @@ impl Knitter {
             self.no_chain(place)?;
         }
         let following = match next {
-            Some(Step::Work(s, None)) => Some(*s),
+            Some(Step::Work(s, c)) if *c == colour => Some(*s),
             _ => None,
         };
         let single = matches!(self.needles.left.last(), Some(Slot::Loop(Loop { layers: Layers::One, .. })));
