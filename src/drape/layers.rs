@@ -152,8 +152,8 @@ impl Layers {
         if self.looked.len() != positions.len() {
             return true;
         }
-        // Not: >, for what is not finite is looked at again.
-        !(most_moved(&self.looked, positions) <= self.margin * 0.5)
+        let most = most_moved(&self.looked, positions);
+        most.is_nan() || most > self.margin * 0.5
     }
 
     /// Looks for pairs within the thickness and the margin.

@@ -190,8 +190,8 @@ impl SolidState {
             }
         }
         for (number, sides) in self.edge_normals.iter_mut().enumerate() {
-            for k in 0..3 {
-                sides[k] = self.face_normals[number] + self.face_normals[self.across[number][k] as usize];
+            for (normal, beyond) in sides.iter_mut().zip(&self.across[number]) {
+                *normal = self.face_normals[number] + self.face_normals[*beyond as usize];
             }
         }
     }

@@ -153,7 +153,7 @@ mod tests {
         let air = Air::new(wind, &[], 0);
         let speeds: Vec<f64> = (0..3000).map(|k| air.velocity(k as f64 * 0.01).x).collect();
         let [low, high] = [f64::min, f64::max].map(|f| speeds.iter().copied().reduce(f).unwrap());
-        assert!(low >= 1.0 && low < 1.3 && high <= 3.0 && high > 2.7, "{low} {high}");
+        assert!((1.0..1.3).contains(&low) && (2.7..=3.0).contains(&high), "{low} {high}");
         assert!(speeds.windows(2).all(|w| (w[1] - w[0]).abs() < 0.15));
         let other = Air::new(Wind { gust: Some(Gust { seed: 5, ..gust }), ..wind }, &[], 0);
         assert_ne!(other.velocity(0.4), air.velocity(0.4));
