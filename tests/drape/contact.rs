@@ -243,24 +243,3 @@ fn held_nodes_are_where_keys_put_them() {
     }
     assert!(nodes.positions[5].y < -9.0, "the free one falls");
 }
-
-#[test]
-fn a_node_rests_between_two_colliders() {
-    // A groove whose sides' normals are 120 degrees apart: each push out of one side takes half of it back into the other. Seen red
-    // with one pass over colliders.
-    let none = Friction { fixed: 0.0, sliding: 0.0 };
-    let side = |x: f64| {
-        let normal = DVec3::new(x * f64::sqrt(0.75), 0.5, 0.0);
-        collider(Shape::Plane { point: DVec3::ZERO, normal }, none, 0.001)
-    };
-    let scene = DrapeScene { colliders: vec![side(1.0), side(-1.0)], ..DrapeScene::default() };
-    let mut node = Particles::new(&scene, vec![DVec3::Y * 0.01]);
-    for _ in 0..500 {
-        node.step(1e-3);
-        let p = node.positions[0];
-        let distances = [0, 1].map(|k| node.stage.obstacles()[k].distance(p));
-        // A substep's fall is 1e-5 m.
-        assert!(distances.iter().all(|d| *d >= 0.001 - 4e-7), "{p} {distances:?}");
-    }
-    assert!(node.positions[0].y < 0.0021, "{}", node.positions[0]);
-}
