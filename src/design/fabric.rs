@@ -171,6 +171,11 @@ impl Fabric {
         number
     }
 
+    /// Whether a border holds loops that were picked up.
+    pub fn is_pick_up(&self, face: usize) -> bool {
+        self.types[self.faces[face].stitch as usize].name.starts_with("pick-up")
+    }
+
     /// Joins two edges.
     pub fn join(&mut self, a: FaceEdge, b: FaceEdge) {
         self.joins.push([a, b]);

@@ -4,15 +4,17 @@
 use super::assemble::Corners;
 use super::expression::Gauge;
 use super::fabric::{Direction, Fabric, PieceRecord, RowRecord};
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::TAU;
 
 /// How much of a row's own shape goes over to the next: the rest is that of a ring or a line.
 const KEPT: f64 = 0.5;
 /// The same of heights, which carry heels and shoulders.
 const KEPT_HEIGHT: f64 = 0.95;
-/// The least part of a row's height that a round grows by, however fast it widens.
-const LEAST_RISE: f64 = 0.25;
+/// How far a round moves in or out from the one below at most, in heights of a row: so much less it rises.
+const MOST_ASIDE: f64 = 0.9;
+/// How much of its height a short row in the round turns by at its middle: the rest goes into the depth of the heel.
+const BEND: f64 = 0.6;
 
 /// Positions of all vertices, metres.
 pub fn place(fabric: &Fabric, corners: &Corners, gauge: Gauge) -> Vec<DVec3> {
@@ -23,6 +25,7 @@ pub fn place(fabric: &Fabric, corners: &Corners, gauge: Gauge) -> Vec<DVec3> {
         places: vec![None; corners.count],
         up: fabric.pieces.iter().map(|p| p.toward).collect(),
         right: fabric.pieces.iter().map(|p| p.start).collect(),
+        middle: fabric.pieces.iter().map(|p| p.at).collect(),
         begun: vec![false; fabric.pieces.len()],
         borders: 0,
     };
@@ -43,6 +46,8 @@ struct Placing<'a> {
     up: Vec<DVec3>,
     /// `[piece]` of flat ones: to the right.
     right: Vec<DVec3>,
+    /// `[piece]` of round ones: the middle of the last round.
+    middle: Vec<DVec3>,
     begun: Vec<bool>,
     /// Borders before this face have a place, or wait in vain.
     borders: usize,
@@ -112,7 +117,7 @@ impl Placing<'_> {
         }
         if row.closed && chain.vertices.len() > 1 && held == chain.feet.len() {
             self.ring(&chain, number);
-        } else {
+        } else if !(piece.round && self.short_row(row, &chain, number)) {
             self.line(row, &chain, number, piece.round);
         }
     }
@@ -200,16 +205,20 @@ impl Placing<'_> {
 
     fn ring(&mut self, chain: &Chain, number: usize) {
         let n = chain.vertices.len() - 1;
+        let Gauge { width, height } = self.gauge;
         let feet: Vec<DVec3> = chain.feet.iter().flatten().copied().collect();
-        let up = self.axis(&feet, self.up[number]);
+        // A round is a turn of a helix, which climbs by a row: without that it is a ring, whose ends are one place.
+        let climb = |j: usize| height * (j as f64 / n as f64 - 0.5);
+        let level: Vec<DVec3> =
+            feet.iter().enumerate().map(|(j, p)| *p - self.up[number] * climb(j)).collect();
+        let up = self.axis(&level[..n], self.up[number]);
         self.up[number] = up;
-        let centre = feet.iter().sum::<DVec3>() / feet.len() as f64;
+        let centre = mean_of_round(&feet);
+        self.middle[number] = centre;
         let first = up.any_orthonormal_vector();
         let second = first.cross(up);
         let flat = |p: DVec3| DVec2::new((p - centre).dot(first), (p - centre).dot(second));
-        let heights: Vec<f64> = feet.iter().map(|p| (*p - centre).dot(up)).collect();
-        let before = feet.iter().map(|p| flat(*p).length()).sum::<f64>() / feet.len() as f64;
-        let radius = n as f64 * self.gauge.width / TAU;
+        let radius = n as f64 * width / TAU;
         // The turn of the ring that lies nearest to what is below.
         let turn = feet
             .iter()
@@ -217,20 +226,40 @@ impl Placing<'_> {
             .map(|(j, p)| DVec2::from_angle(-TAU * j as f64 / n as f64).rotate(flat(*p)))
             .sum::<DVec2>()
             .normalize_or(DVec2::X);
-        let wide = (radius - before).abs().min(self.gauge.height);
-        let rise = (self.gauge.height.powi(2) - wide.powi(2)).sqrt().max(LEAST_RISE * self.gauge.height);
-        let mean = heights.iter().sum::<f64>() / heights.len() as f64;
         for (j, &vertex) in chain.vertices.iter().enumerate() {
             if self.places[vertex as usize].is_some() {
                 continue;
             }
+            let foot = flat(feet[j]);
             let ideal = DVec2::from_angle(TAU * j as f64 / n as f64).rotate(turn) * radius;
-            let spot = ideal.lerp(flat(feet[j]), if before > 0.0 { KEPT } else { 0.0 });
-            // A helix climbs by a row a round.
-            let helix = self.gauge.height * (j as f64 / n as f64 - 0.5);
-            let height = mean + helix + KEPT_HEIGHT * (heights[j] - mean - helix) + rise;
-            self.places[vertex as usize] = Some(centre + first * spot.x + second * spot.y + up * height);
+            // No further aside than a stitch is high.
+            let aside = ((ideal - foot) * (1.0 - KEPT)).clamp_length_max(MOST_ASIDE * height);
+            let rise = (height.powi(2) - aside.length_squared()).sqrt();
+            let spot = foot + aside;
+            let above = (feet[j] - centre).dot(up);
+            let above = climb(j) + KEPT_HEIGHT * (above - climb(j)) + rise;
+            self.places[vertex as usize] = Some(centre + first * spot.x + second * spot.y + up * above);
         }
+    }
+
+    /// A short row of a round turns about the line through its ends, as a heel does: its middle rises by a row, its
+    /// ends hardly. Says whether the row is one.
+    fn short_row(&mut self, row: &RowRecord, chain: &Chain, number: usize) -> bool {
+        let feet: Vec<DVec3> = chain.feet.iter().flatten().copied().collect();
+        let (Some(begin), Some(end)) = (feet.first(), feet.last()) else { return false };
+        let along = if row.direction == Direction::Left { *end - *begin } else { *begin - *end };
+        let Some(axis) = along.try_normalize() else { return false };
+        let centre = self.middle[number];
+        let out = |p: DVec3| (p - centre) - axis * (p - centre).dot(axis);
+        let radius = feet.iter().map(|p| out(*p).length()).fold(0.0, f64::max);
+        if feet.len() < chain.vertices.len() || along.length() < 0.5 * radius || radius < self.gauge.height {
+            return false;
+        }
+        let turn = DQuat::from_axis_angle(axis, BEND * self.gauge.height / radius);
+        for (foot, &vertex) in feet.iter().zip(&chain.vertices) {
+            self.places[vertex as usize].get_or_insert(centre + turn * (*foot - centre));
+        }
+        true
     }
 
     fn line(&mut self, row: &RowRecord, chain: &Chain, number: usize, round: bool) {
@@ -308,7 +337,8 @@ impl Placing<'_> {
         let mut edges = Vec::new();
         for k in 0..vertices.len() {
             let across = self.corners.across[first as usize + k];
-            if across == u32::MAX {
+            // What is picked up comes later, and lies outside.
+            if across == u32::MAX || self.corners.face_of(across) > face + 1 && self.fabric.is_pick_up(face) {
                 continue;
             }
             let ends = [vertices[k], vertices[(k + 1) % vertices.len()]];
@@ -346,4 +376,11 @@ impl Placing<'_> {
         }
         self.places.into_iter().map(Option::unwrap_or_default).collect()
     }
+}
+
+/// The middle of a round, whose first and last place are one.
+fn mean_of_round(places: &[DVec3]) -> DVec3 {
+    let n = (places.len() - 1) as f64;
+    let ends = (places[0] + places[places.len() - 1]) / 2.0;
+    (places[1..places.len() - 1].iter().sum::<DVec3>() + ends) / n
 }
