@@ -6,6 +6,7 @@
 #![deny(missing_docs)]
 
 pub mod backend;
+pub mod cloth;
 pub mod curve;
 pub mod database;
 pub mod design;

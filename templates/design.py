@@ -543,7 +543,7 @@ def sheet(rows, lib, iters=400):
             start += [None] * len(c)
             bots += [(f, e) for e in run_of(t, "-", "l")]
             tp += [(f, e) for e in run_of(t, "+", "l")][::-1]
-            ys = [i for i, e in enumerate(t["edges"]) if e[1:2] == "y"]
+            ys = [i for i, e in enumerate(t["edges"]) if e[1:2] in ("y", "c")]
             mid = lambda e: (c[e] + c[(e + 1) % len(c)])[0] / 2
             left = [e for e in ys if mid(e) < 0]
             right = [e for e in ys if mid(e) > 0]
@@ -1173,6 +1173,109 @@ def yarn_end():
         [F(-0.12, 0.05, 0), F(0.06, -0.1, 0), B(1, YR)]])
 
 
+TRI_UP = [(0, -0.6), (0.5, 0), (-0.5, 0)]
+
+
+def seed_yarn_over():
+    """Yarn laid over the needle between two stitches: an open loop."""
+    y = [B(2, YL), F(-0.2, -0.2, 0), B(1, HI)]
+    z = [B(1, LO), F(0.2, -0.2, 0), B(0, YR)]
+    return template("yarn-over+", "+yX +lX -yX", TRI_UP, [], [y, z])
+
+
+def seed_yarn_over_twist():
+    return dict(seed_wrap("+yX +lX -yX", TRI_UP, [1]), name="yarn-over-twist+")
+
+
+HEX_DOWN = [(-1.1, 0.1), (-0.5, -0.62), (0.5, -0.62), (1.1, 0.1), (0.5, 0.5), (-0.5, 0.5)]
+
+
+def seed_decrease_double():
+    """Three loops: the left one in front, then the right one, the middle one behind. The legs of the new loop have their
+    knots with the one behind; each loop in front of it passes two of its own."""
+    r = R
+    n = [-2 * r + E0, 2.9 * r, 0.5 * r]
+    return template("decrease-double-right+", "-lX -lX -lX +yX +lX -yX", HEX_DOWN, [
+        knot(-0.22, 0.0, 1.45, 0.18), knot(0.25, 0.0, 1.69, 0.18), knot(-0.42, 0.08, 1.2, 0.2), knot(0.31, 0.14, 2.17, 0.18),
+        knot(-0.31, 0.14, 1.0, 0.18), knot(0.42, 0.08, 1.94, 0.2)], [
+        [B(5, YL)] + K(0, -1, 1, *n) + [B(4, HI)],
+        [B(3, YR)] + K(1, -1, -1, *n) + [B(4, LO)],
+        [B(0, LO), F(-0.62, -0.12, 0.25)] + D(2, -1, -1, 4.1 * r, 0.9 * r) + D(3, 1, 1, 0.9 * r, 4.1 * r)
+        + [F(0.0, -0.3, 0.42), B(0, HI)],
+        [B(1, LO), F(-0.24, -0.35, 0.03)] + D(0, -1, -1, E0, -3.1 * r) + D(1, 1, 1, -3.1 * r, E0) + [F(0.24, -0.35, 0.03), B(1, HI)],
+        [B(2, LO), F(0.0, -0.36, 0.2)] + D(4, -1, -1, 2.1 * r, -1.1 * r) + D(5, 1, 1, -1.1 * r, 2.1 * r)
+        + [F(0.62, -0.15, 0.13), B(2, HI)]])
+
+
+HB = 0.95                 # height of a bind-off face: a knit and the chain above it
+CY, CL = 0.17, 0.72       # where the working yarn and both legs of the chain loop cross chain edges, seen from below
+CZ = 1.05 * R             # height of the legs: one in front of the other
+
+
+def seed_bind_off(name, edges):
+    """A knit whose new loop goes up through the chain loop that comes in at the left (both its legs between that loop's,
+    which lie in front and behind), and lies over to the right: to the next stitch (c), up as a live loop (l), or it is
+    closed by the yarn itself, which comes through it from behind."""
+    r = R
+    right, top, left = edges.split()[1:]
+    low = -H / 2
+    at = lambda h, f: low + f * h
+    hr, hl = (HB if right[1] == "c" else 0.75), (HB if left[1] == "c" else 0.75)
+    if top != "x":
+        hr = 0.75
+    corners = [(-0.5, low), (0.5, low), (0.5, low + hr), (-0.5, low + hl)]
+    first = [B(3, 1 - CY) if left[1] == "c" else B(3, YL)] + K(0, -1, 1, -r, r)
+    last = K(1, 1, -1, r, -r) + [B(1, CY if right[1] == "c" else YR)]
+    old = [B(0, LO)] + K(0, -1, -1, r, -r) + K(1, 1, 1, -r, r) + [B(0, HI)]
+    ys = [old]
+    through = [F(-0.11, 0.3, 0.02)]
+    back = [F(0.12, 0.3, 0.02)]
+    if left[1] == "c":
+        ys.append([B(3, 1 - CL, CZ), F(-0.27, 0.32, 0.16), F(0.0, 0.28, 0.21), F(0.23, 0.28, 0.16), F(0.33, 0.29, 0.0),
+                   F(0.23, 0.3, -0.16), F(0.0, 0.3, -0.21), F(-0.27, 0.33, -0.16), B(3, 1 - CL, -CZ)])
+    if right[1] == "c" and top == "x":
+        ys.append(first + through + [F(-0.05, 0.5, 0.07), F(0.2, 0.53, 0.12), B(1, CL, CZ)])
+        ys.append([B(1, CL, -CZ), F(0.24, 0.5, -0.12)] + back + last)
+    elif top != "x":
+        ys.append(first + through + [B(2, HI)])
+        ys.append([B(2, LO)] + back + last)
+    else:
+        ys.append(first + through + [F(-0.13, 0.45, 0.0), F(-0.08, 0.6, 0.0), F(0.07, 0.62, 0.0), F(0.15, 0.47, 0.0)] + back
+                  + K(1, 1, -1, r, -r) + [F(0.38, 0.05, -0.15), F(0.33, 0.35, -0.2), F(0.14, 0.48, -0.17), F(0.01, 0.46, 0.0),
+                                          F(0.14, 0.43, 0.18), F(0.36, 0.2, 0.14), B(1, YR)])
+    return template(name, edges, corners, [knot(-0.215, -0.0045, 1.0645, 0.1385), knot(0.215, -0.0045, math.pi - 1.0645, 0.1385)], ys)
+
+
+BIND = {"bind-off-first": "-lX +cX x -yX", "bind-off": "-lX +cX x -cX", "bind-off-next": "-lX +yX +lX -cX",
+        "bind-off-last": "-lX +yX x -cX", "bind-off-only": "-lX +yX x -yX"}
+
+
+def seed_pick_up():
+    """The turn of the yarn at the left side, drawn out as a loop."""
+    c = [(-0.25, -H), (0.25, -H), (0.25, 0), (0.25, H), (-0.25, H)]
+    return template("pick-up-edge(", "x -y1 +y1 x +lX", c, [], [
+        [B(1, YR), F(0.0, -0.4, 0), B(4, HI)], [B(4, LO), F(0.0, 0.22, 0), B(2, YR)]])
+
+
+def seed_seam():
+    """Loops from below and from above, side by side; the yarn passes over the left leg and under the right leg of each."""
+    r = R
+    return plain("seam+", "-lX +yX -lX -yX", [
+        [B(3, YL), F(-0.37, 0, r), F(-0.13, 0, -r), F(0.13, 0, r), F(0.37, 0, -r), B(1, YR)],
+        [B(0, LO), F(-0.36, -0.06, -r), F(-0.34, 0.08, -0.05), F(-0.25, 0.14, 0), F(-0.16, 0.08, 0.05), F(-0.13, -0.06, r),
+         F(0.1, -0.2, 0.05), B(0, HI)],
+        [B(2, HI), F(-0.1, 0.2, -0.05), F(0.13, 0.06, -r), F(0.16, -0.08, -0.05), F(0.25, -0.14, 0), F(0.34, -0.08, 0.05),
+         F(0.36, 0.06, r), B(2, LO)]])
+
+
+def seed_hold():
+    """A yarn through a live loop: over its left leg, under its right one."""
+    r = R
+    return plain("hold+", "-lX +yX x -yX", [
+        [B(3, YL), F(-0.2, -0.08, r), F(0.2, -0.08, -r), B(1, YR)],
+        [B(0, LO), F(-0.2, -0.08, -r), F(-0.13, 0.1, 0), F(0, 0.16, 0), F(0.13, 0.1, 0), F(0.2, -0.08, r), B(0, HI)]])
+
+
 SPLITS = [(0, 0, 0), (0, 0, 1), (0, 1, 0), (0, 1, 1), (0, 2, 0), (1, 0, 0), (1, 0, 1), (1, 1, 0), (1, 1, 1), (2, 0, 0)]
 
 # key of each template that is not derived: how its seed is made
@@ -1189,8 +1292,11 @@ for _t in (seed_knit, seed_decrease, lambda: seed_make("tuck"), lambda: seed_mak
            lambda: seed_wrap("+yX +lX -yX", [(0, -1.2), (0.5, 0), (-0.5, 0)], [1]),
            lambda: seed_wrap("+yX +lX +lX -yX", [(0, -1.1), (0.88, 0), (0, 0.3), (-0.88, 0)], [2, 1]),
            lambda: template("yarn-to-left", "x -y1 x +y1", QUAD, [],
-                            [[B(1, YR), B(3, YL)]])):
+                            [[B(1, YR), B(3, YL)]]),
+           seed_yarn_over, seed_yarn_over_twist, seed_decrease_double, seed_pick_up, seed_seam, seed_hold):
     SEEDS[key(_t())] = _t
+for _n, _e in BIND.items():
+    SEEDS[f"{_n}+ {_e}"] = lambda n=_n, e=_e: seed_bind_off(n + "+", e)
 for _k in ("left-up-left", "left-up-right", "right-up-left", "right-up-right"):
     SEEDS[key(seed_up(_k))] = lambda k=_k: seed_up(k)
 for _l in SPLITS:
@@ -1239,6 +1345,26 @@ def families():
                    ("out+", "out- x -yX x", "mirror-x")]
     f["turn"] = pair("turn)(( -lX +lX +yX -yX", "turn))(") + pair("turn-tuck)(( -lX +lX +yX -yX", "turn-tuck))(")
     f["edge"] = pair("edge( x -y1 +y1 x x", "edge)")
+    for n, e in [("yarn-over", " +yX +lX -yX"), ("yarn-over-twist", " +yX +lX -yX")]:
+        f.setdefault("yarn-over", []).extend([n + "+" + e, (n + "-", n + "+" + e, "reverse-yarn")])
+    hp, hm = " -lX -lX -lX +yX +lX -yX", " -lX -lX -lX -yX +lX +yX"
+    dd = "decrease-double-"
+    f["decrease-double"] = [dd + "right+" + hp, (dd + "right-", dd + "left+" + hp, "mirror-x"),
+                            (dd + "left+", dd + "right+" + hp, "mirror-x", "reverse-yarn"), (dd + "left-", dd + "right+" + hp, "mirror-x")]
+    f["purl-decrease-double"] = [("purl-" + dd + a, dd + a + e, "mirror-z")
+                                 for a, e in (("right+", hp), ("right-", hm), ("left+", hp), ("left-", hm))]
+    f["bind-off"] = [x for n, e in BIND.items() for x in pair(f"{n}+ {e}", n + "-")]
+    f["purl-bind-off"] = [("purl-" + k.split(" ")[0], k, "mirror-z") for n, e in BIND.items()
+                          for k in (f"{n}+ {e}", " ".join([n + "-"] + relabel(f"{n}+ {e}", "mirror-x")))]
+    f["edge"] += pair("pick-up-edge( x -y1 +y1 x +lX", "pick-up-edge)")
+    f["seam"] = pair("seam+ -lX +yX -lX -yX", "seam-")
+    held = "edge-stitch -lX +yX -yX"
+    f["draw"] = [("draw+", held), ("draw-", held, "mirror-x")] + pair("hold+ -lX +yX x -yX", "hold-")
+    f["purl-twisted"] = [("purl-twisted" + s, f"knit-twisted{s}" + (e4 if s == "+" else " -lX -yX +lX +yX"), "mirror-z") for s in "+-"]
+    f["purltuck"] = [(b + s, a + s + (e4 if s == "+" else " -lX -yX +lX +yX"), "mirror-z")
+                     for a, b in (("knittuck", "purltuck"), ("tuck", "tuck-front")) for s in "+-"]
+    f["purl-make"] = [(f"purl-make-{side}-{s}{d}", f"make-{side}-{s}{d}" + (up if d == "+" else um), "mirror-z")
+                      for s in ("tuck", "tuck-twist", "split") for side in ("left", "right") for d in "+-"]
     f["spacer"] = [k for k in SEEDS if k.startswith("spacer4+")]
     f["xfer"] = ["xfer+1 -lX x +lX x"]
     f["edge-stitch"] = [k for k in SEEDS if k.startswith("edge-stitch ")]
@@ -1262,7 +1388,7 @@ def families():
     f["knitout-split-back"] = [("split-back-to-left", q, "mirror-x", "mirror-z") for q in fr]
     f["knitout-split-back"] += [("split-back-to-right", " ".join(["split-back-to-left"] + relabel(q, "mirror-x")), "reverse-yarn") for q in fr]
     f["knitout-yarn"] = ["yarn-to-left x -y1 x +y1", ("yarn-to-right", "yarn-to-left x -y1 x +y1", "reverse-yarn")] \
-        + [q for q in SEEDS if "-up-" in q]
+        + [q for q in SEEDS if "-up-" in q and not q.startswith("pick")]
     return f
 
 
@@ -1319,6 +1445,10 @@ def context(k, lib, around=None):
         return [[k] * 4, [KM if n[-1] == "+" else KP] * 4, [KP] * 4]
     if n[:4] == "drop":
         return [[KP] * 4, [KM] * 4, [k] * 4]
+    if n[:-1] in ("tuck-front", "purltuck"):
+        e = e_of(n[-1])
+        a = around or (PP if n[-1] == "+" else PM)
+        return [[a] * 3, [a, f"tuck-front{n[-1]} {e}", a], [a, f"purltuck{n[-1]} {e}", a], [a] * 3]
     if n[:4] in ("tuck", "knit") and ("tuck+" in n or "tuck-" in n):
         m = n[-1] == "-"
         a, up, tk = (KM, "knittuck- -lX -yX +lX +yX", "tuck- -lX -yX +lX +yX") if m else (KP, "knittuck+ -lX +yX +lX -yX", tu)
@@ -1327,12 +1457,41 @@ def context(k, lib, around=None):
         return [[KP] * 3, [KP, "tuck-behind-to-left -l1 -y1 +l2 +y1", KP], [KP, "knit-to-left -l2 -y1 +l1 +y1", KP], [KP] * 3]
     if "twisted" in n:
         return [[a] * 4, [a] * 4, [a, k, k, a], [a] * 4, [a] * 4]
+    if "bind-off" in n:
+        return bind_off_rows(n, k.split(" ")[1:], a)
+    if n[:4] == "hold":
+        return [[a] * 4, [a] * 4, [k] * 4]
+    if n[:4] == "draw":
+        return [[a] * 3, [a] * 3, [k] * 3]
     if n == "edge-stitch":
         if nl == 0:
             one = "edge-stitch +yX +lX -yX"
             return [[k] * 3, [KP] * 3, [KP] * 3] if nu == 1 else [[one, k, one], [KP] * 4, [KP] * 4]
         return [[KP] * 3 * nl, [KP] * 3 * nl, [k] * 3] if nl == 1 else [[KP] * 4, [KP] * 4, ["edge-stitch -lX +yX -yX", k, "edge-stitch -lX +yX -yX"]]
-    return [[a] * (2 + nl)] * 2 + [[a, k, a]] + [[a] * (2 + nu)] * 2
+    side = 2 if nl == 3 else 1      # a double decrease pulls at more of its row
+    return [[a] * (2 * side + nl)] * 2 + [[a] * side + [k] + [a] * side] + [[a] * (2 * side + nu)] * 2
+
+
+def bind_off_rows(n, edges, a):
+    """Rows of a, the last one bound off, with the stitch n among it."""
+    p = "purl-" if n.startswith("purl-") else ""
+    s = n[-1]
+    kind = n[len(p):-1]
+    lab = lambda q: " ".join([p + q + s] + (BIND[q].split() if s == "+" else relabel(f"{q}+ {BIND[q]}", "mirror-x")))
+    if kind == "bind-off-only":
+        row, top = [a, a, lab(kind), a, a], None
+    elif kind == "bind-off-next":
+        row, top = [lab("bind-off-first"), lab("bind-off"), lab(kind), a, a], [a] * 3
+    else:
+        row, top = [lab("bind-off-first"), lab("bind-off"), lab("bind-off"), lab("bind-off"), lab("bind-off-last")], None
+    if s == "-":
+        row = row[::-1]
+    return [[a] * 5] * 2 + [row] + ([top] * 2 if top else [])
+
+
+def e_of(sign):
+    """Labels of a plain face whose yarn goes to the right (+) or to the left (-)."""
+    return "-lX +yX +lX -yX" if sign == "+" else "-lX -yX +lX +yX"
 
 
 def alone(k, lib):
@@ -1383,6 +1542,16 @@ SEARCH = {
     "slip+ -lX +yX +lX -yX": (None, 1),
     "edge-stitch -lX -lX +yX -yX": (None, 2),
     "turn-tuck)(( -lX +lX +yX -yX": (None, 1),
+    "yarn-over+ +yX +lX -yX": (None, 1),
+    "yarn-over-twist+ +yX +lX -yX": (None, 2),
+    "decrease-double-right+ -lX -lX -lX +yX +lX -yX": (None, 3),
+    "bind-off+ -lX +cX x -cX": (None, 3),
+    "bind-off-first+ -lX +cX x -yX": (None, 1),
+    "bind-off-next+ -lX +yX +lX -cX": (None, 1),
+    "bind-off-last+ -lX +yX x -cX": (None, 3),
+    "bind-off-only+ -lX +yX x -yX": (None, 2),
+    "seam+ -lX +yX -lX -yX": (None, 2),
+    "hold+ -lX +yX x -yX": (None, 1),
     "split-front-to-right -l0 -l1 +y1 +l1 +l1 -y1": (None, 2),
     "split-front-to-right -l1 -l0 +y1 +l1 +l1 -y1": (None, 4),
     "split-front-to-right -l1 -l1 +y1 +l2 +l1 -y1": (None, 6),
@@ -1412,7 +1581,7 @@ def tune(k, base, starts=None, iters=60, span=0.2, noise=0.05, fix_z=False):
             ob = Objective(sws, lib, {KP, PP}, w_bend=0.02, target=2.06)
             search(ob, lib, k, spec, with_purl, iters=iters, span=span)
             return lib[k]
-        sw = alone(k, lib) if k.startswith(("split-", "turn-tuck")) else sheet(context(k, lib), lib)
+        sw = alone(k, lib) if k.startswith(("split-", "turn-tuck", "seam")) else sheet(context(k, lib), lib)
         ob = Objective([sw], lib, {k})
         search(ob, lib, k, spec, sym, iters=iters, span=span)
         m = measure(sw, lib, only={f for f, (q, _) in enumerate(sw.faces) if q == k})
@@ -1548,13 +1717,14 @@ def swatches(lib, meshes=()):
     yield "cast on, drop", sheet([["tuck-twist+" + e4] * 4, [KM] * 4, [KP] * 4, ["drop- -l1 -y0 +l0 +y0"] * 4], lib)
     for n in ("slip", "slip-front"):
         yield n + " column", grid([[KP] * 4, [KP, n + "+" + e4, KP, KP], [KM] * 4, [KP, KP, n + "+" + e4, KP], [KM] * 4], lib)
-    placed = ("knit-twisted", "knittuck", "tuck+", "tuck-", "make", "decrease", "purl-decrease", "start", "end", "edge-stitch")
+    placed = ("knit-twisted", "knittuck", "tuck+", "tuck-", "tuck-front", "make", "decrease", "purl-decrease", "start", "end", "edge-stitch",
+              "yarn-over", "bind-off", "purl-bind-off", "hold", "draw", "purl-twisted", "purltuck", "purl-make")
     for k in lib:
         n = k.split(" ")[0]
         if n.startswith(placed) and not n.startswith(("tuck-twist", "tuck-behind", "tuck-infront")) or k == "knit-to-left -l2 -y1 +l1 +y1":
             yield k, sheet(context(k, lib, PP if n.startswith("purl") else None), lib)
     for k in lib:
-        if k.startswith(("split-", "tuck-behind", "tuck-infront", "knit-to", "purl-to", "loop", "yarn-", "turn", "edge", "in", "out",
+        if k.startswith(("split-", "tuck-behind", "tuck-infront", "knit-to", "purl-to", "loop", "yarn-", "turn", "edge", "pick-up", "seam", "in", "out",
                          "spacer", "xfer")) and lib[k]["yarns"]:
             yield "alone: " + k, alone(k, lib)
     for m in meshes:

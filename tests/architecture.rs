@@ -13,6 +13,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("pattern", &["error"]),
     ("template", &["error", "ids", "mesh"]),
     ("design", &["error", "ids", "mesh"]),
+    ("cloth", &["error", "ids", "math", "mesh", "template"]),
     // Readers and writers of plain data; `io::result` alone knows solved frames.
     ("io", &["error", "ids", "mesh", "pattern", "template", "yarn", "design"]),
     ("scene", &["error", "ids", "math", "mesh", "template"]),

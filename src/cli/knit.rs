@@ -1,10 +1,13 @@
 //! `knotmesh knit`: from a pattern to a stitch mesh.
 
-use super::{Console, print};
+use super::{Console, Ending, print};
+use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, Sizes, relax};
 use knotmesh::design::expression::Gauge;
 use knotmesh::design::{Knitted, Settings};
+use knotmesh::io::chart::swatch::Swatch;
 use knotmesh::io::output::Output;
-use knotmesh::io::{pattern, smobj};
+use knotmesh::io::{chart, pattern, smobj};
+use knotmesh::template::TemplateLibrary;
 use knotmesh::{Error, Result};
 use std::path::PathBuf;
 
@@ -21,6 +24,15 @@ pub struct Arguments {
     /// Which of the pattern's sizes; the first if not given.
     #[arg(long, value_name = "NAME")]
     size: Option<String>,
+    /// Of a chart alone: how often it is worked, side by side and one above the other: 4x3.
+    #[arg(long, value_name = "COLUMNSxROWS", value_parser = repeat)]
+    repeat: Option<(usize, usize)>,
+    /// Of a chart alone: stitches and rows of garter around it.
+    #[arg(long, value_name = "N")]
+    border: Option<u16>,
+    /// Give every stitch its natural size (as relax-mesh does with its defaults); else places are rough.
+    #[arg(long)]
+    relax: bool,
     /// Work it and say how many stitches there are; write nothing.
     #[arg(long)]
     check: bool,
@@ -38,8 +50,15 @@ pub fn gauge(text: &str) -> Result<Gauge, String> {
     }
 }
 
+/// `4x3`
+fn repeat(text: &str) -> Result<(usize, usize), String> {
+    let number = |t: &str| t.trim().parse::<u16>().ok().filter(|n| *n > 0).map(usize::from);
+    let both = text.split_once('x').and_then(|(columns, rows)| Some((number(columns)?, number(rows)?)));
+    both.ok_or_else(|| format!("found '{text}', expected columns x rows, each from 1 to 65535"))
+}
+
 /// Knits.
-pub fn run(arguments: &Arguments, console: Console) -> Result<()> {
+pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     if let Some(output) = &arguments.output
         && output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("smobj"))
     {
@@ -49,18 +68,57 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<()> {
         )));
     }
     let size = arguments.size.as_ref().map(|s| s.to_lowercase());
-    let knitted = pattern::knit_file(&arguments.pattern, &Settings { gauge: arguments.gauge, size })?;
+    let settings = Settings { gauge: arguments.gauge, size };
+    let mut knitted = if chart::is_chart(&arguments.pattern) {
+        let (columns, rows) = arguments.repeat.unwrap_or((1, 1));
+        let border = arguments.border.unwrap_or(0).into();
+        chart::swatch::knit_file(&arguments.pattern, &settings, Swatch { columns, rows, border })?
+    } else if arguments.repeat.is_some() || arguments.border.is_some() {
+        return Err(Error::invalid(format_args!(
+            "{}: found --repeat or --border for a pattern, expected a chart (.chart, .json or .png)",
+            arguments.pattern.display()
+        )));
+    } else {
+        pattern::knit_file(&arguments.pattern, &settings)?
+    };
     if arguments.check {
         print(&summary(&knitted))?;
     } else {
         console.say(summary(&knitted).trim_end().replace('\n', "; "));
+    }
+    let mut ending = Ending::Done;
+    if arguments.relax && !arguments.check && !relaxed(&mut knitted, console)? {
+        ending = Ending::FellBack;
     }
     if let (Some(path), false) = (&arguments.output, arguments.check) {
         let mut output = Output::create(path)?;
         smobj::write(&knitted.mesh, &mut output).map_err(|e| Error::io(path, e))?;
         output.commit()?;
     }
-    Ok(())
+    Ok(ending)
+}
+
+/// Relaxes the mesh; whether forces came within the bound.
+fn relaxed(knitted: &mut Knitted, console: Console) -> Result<bool> {
+    let Gauge { width, height } = knitted.gauge;
+    let sizes = Some(Sizes { course: width, wale: height });
+    let options = ClothOptions { sizes, ..ClothOptions::default() };
+    let cloth = Cloth::new(&knitted.mesh, &TemplateLibrary::embedded(), &options)?;
+    let mut nodes = cloth.rest_positions().to_vec();
+    let options = RelaxOptions::default();
+    let report = relax(&cloth, &mut nodes, &options)?;
+    cloth.write_back(&nodes, &mut knitted.mesh.positions);
+    console.say(format_args!(
+        "relaxed in {} steps, {} rounds of conjugate gradients: energy {:.3e} J, was {:.3e} J; residual {:.1e}",
+        report.iterations, report.rounds, report.energy_end, report.energy_start, report.residual
+    ));
+    if !report.converged {
+        console.warn(format_args!(
+            "the mesh is not quite at rest: a residual of {:.1e}, asked {:.1e}",
+            report.residual, options.residual
+        ));
+    }
+    Ok(report.converged)
 }
 
 /// What was knitted, in numbers.

@@ -15,6 +15,7 @@ mod measure_database;
 mod outputs;
 mod progress;
 mod relax;
+mod relax_mesh;
 mod report;
 mod skip;
 mod stress;
@@ -44,6 +45,8 @@ enum Command {
     Knit(knit::Arguments),
     /// Relax the yarn of a stitch mesh.
     Relax(Box<relax::Arguments>),
+    /// Relax a stitch mesh to the natural sizes of its stitches.
+    RelaxMesh(relax_mesh::Arguments),
     /// Say what is in a mesh, library or curve file; for a mesh also what would go wrong with it.
     Info(info::Arguments),
     /// List the stitches that a library offers.
@@ -99,8 +102,9 @@ pub fn run() -> ExitCode {
     };
     let console = Console { quiet: cli.quiet, verbose: cli.verbose };
     let result: Result<Ending> = match cli.command {
-        Command::Knit(arguments) => knit::run(&arguments, console).map(|()| Ending::Done),
+        Command::Knit(arguments) => knit::run(&arguments, console),
         Command::Relax(arguments) => relax::run(&arguments, console),
+        Command::RelaxMesh(arguments) => relax_mesh::run(&arguments, console),
         Command::Info(arguments) => info::run(&arguments).map(|()| Ending::Done),
         Command::Templates(arguments) => templates::run(&arguments).map(|()| Ending::Done),
         Command::Convert(arguments) => convert::run(&arguments, console).map(|()| Ending::Done),

@@ -19,15 +19,16 @@ pub struct Cell {
 pub struct Chart {
     /// `[row][column]` from the bottom, each from left to right as it is drawn.
     pub rows: Vec<Vec<Cell>>,
+    /// The chart is all there is, no pattern names it: stitches come from its squares' places.
+    pub alone: bool,
 }
 
 impl Chart {
-    /// The stitches of a row in the order of work. Right-side rows are read from right to left, wrong-side rows from left
+    /// The squares of a row in the order of work. Right-side rows are read from right to left, wrong-side rows from left
     /// to right; what the front shows as a knit is purled there. Beyond the last row it begins again.
-    pub fn row(&self, row: usize, right_side: bool) -> Vec<(Stitch, Option<u16>)> {
+    pub fn row(&self, row: usize, right_side: bool) -> Vec<Cell> {
         let Some(cells) = self.rows.get(row % self.rows.len().max(1)) else { return Vec::new() };
-        let turned =
-            |cell: &Cell| (if right_side { cell.stitch } else { cell.stitch.from_behind() }, cell.colour);
-        if right_side { cells.iter().rev().map(turned).collect() } else { cells.iter().map(turned).collect() }
+        let behind = |cell: &Cell| Cell { stitch: cell.stitch.from_behind(), ..*cell };
+        if right_side { cells.iter().rev().copied().collect() } else { cells.iter().map(behind).collect() }
     }
 }

@@ -9,7 +9,7 @@ use super::token::Place;
 use std::collections::BTreeMap;
 
 /// At most so many steps a row: more is a mistake, and would only fill the memory.
-pub const MOST_STEPS: usize = 20_000_000;
+pub const MOST_STEPS: usize = 4_000_000;
 
 /// One thing to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -332,9 +332,12 @@ impl Row<'_> {
             let known = if known.is_empty() { "there are none".into() } else { known.join(", ") };
             Problem::new(place, format_args!("'{name}'"), format_args!("the name of a chart ({known})"))
         })?;
-        for (stitch, colour) in chart.row(self.context.chart_row, self.context.right_side) {
-            self.take(stitch.takes(), "the chart", place)?;
-            self.push(Step::Work(stitch, colour), place)?;
+        for cell in chart.row(self.context.chart_row, self.context.right_side) {
+            let Place { line, column } = cell.place;
+            let place = if chart.alone { cell.place } else { place };
+            let what = format!("the chart's square at its line {line}, column {column}");
+            self.take(cell.stitch.takes(), &what, place)?;
+            self.push(Step::Work(cell.stitch, cell.colour), place)?;
         }
         Ok(())
     }

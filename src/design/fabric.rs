@@ -53,6 +53,8 @@ pub struct RowRecord {
     pub direction: Direction,
     /// It goes all the way around.
     pub closed: bool,
+    /// A short row: it ends in a turn before the edge.
+    pub short: bool,
     /// Number of its piece.
     pub piece: u32,
     /// Loops that it made, was left with, or passed on as they were.
@@ -68,6 +70,8 @@ pub struct PieceRecord {
     pub name: String,
     /// In the round.
     pub round: bool,
+    /// Flat, but rolled into a tube where it is placed, for its sides to be joined.
+    pub curled: bool,
     /// The middle of its first row.
     pub at: DVec3,
     /// Where its rows grow, a unit vector.

@@ -183,7 +183,8 @@ fn piece(c: &mut Cursor) -> Result<StatementKind> {
         Some(_) => return Err(c.error_before("'flat' or 'round'")),
         None => return Err(c.error("'flat' or 'round'")),
     };
-    let mut piece = Piece { name, round, at: None, toward: None, start: None };
+    let curled = !round && c.keyword("curled");
+    let mut piece = Piece { name, round, curled, at: None, toward: None, start: None };
     loop {
         let slot = match c.peek() {
             Some(Kind::Word(word)) if word == "at" => &mut piece.at,

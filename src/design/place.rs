@@ -4,7 +4,7 @@
 use super::assemble::Corners;
 use super::expression::Gauge;
 use super::fabric::{Direction, Fabric, PieceRecord, RowRecord};
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
 /// How much of a row's own shape goes over to the next: the rest is that of a ring or a line.
@@ -13,8 +13,6 @@ const KEPT: f64 = 0.5;
 const KEPT_HEIGHT: f64 = 0.95;
 /// How far a round moves in or out from the one below at most, in heights of a row: so much less it rises.
 const MOST_ASIDE: f64 = 0.9;
-/// How much of its height a short row in the round turns by at its middle: the rest goes into the depth of the heel.
-const BEND: f64 = 0.6;
 
 /// Positions of all vertices, metres.
 pub fn place(fabric: &Fabric, corners: &Corners, gauge: Gauge) -> Vec<DVec3> {
@@ -25,8 +23,9 @@ pub fn place(fabric: &Fabric, corners: &Corners, gauge: Gauge) -> Vec<DVec3> {
         places: vec![None; corners.count],
         up: fabric.pieces.iter().map(|p| p.toward).collect(),
         right: fabric.pieces.iter().map(|p| p.start).collect(),
-        middle: fabric.pieces.iter().map(|p| p.at).collect(),
         begun: vec![false; fabric.pieces.len()],
+        middle: fabric.pieces.iter().map(|p| p.at).collect(),
+        short: vec![0; fabric.pieces.len()],
         borders: 0,
     };
     for row in &fabric.rows {
@@ -34,7 +33,37 @@ pub fn place(fabric: &Fabric, corners: &Corners, gauge: Gauge) -> Vec<DVec3> {
         placing.borders(row.faces.end);
     }
     placing.borders(fabric.faces.len());
-    placing.rest()
+    let mut places = placing.rest();
+    for (number, piece) in fabric.pieces.iter().enumerate().filter(|(_, p)| p.curled) {
+        curl(fabric, corners, number, piece, &mut places);
+    }
+    places
+}
+
+/// Rolls a flat piece around an axis behind it until its sides meet.
+fn curl(fabric: &Fabric, corners: &Corners, number: usize, piece: &PieceRecord, places: &mut [DVec3]) {
+    let mut of_piece = vec![false; places.len()];
+    for row in fabric.rows.iter().filter(|r| r.piece as usize == number) {
+        for vertex in row.faces.clone().flat_map(|face| corners.face(face)) {
+            of_piece[*vertex as usize] = true;
+        }
+    }
+    let front = piece.start.cross(piece.toward);
+    let along = |p: DVec3| (p - piece.at).dot(piece.start);
+    let sides = of_piece.iter().zip(&*places).filter(|(of, _)| **of).map(|(_, p)| along(*p));
+    let (least, most) = sides.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+    let radius = (most - least) / TAU;
+    if radius <= 0.0 {
+        return;
+    }
+    let middle = (least + most) / 2.0;
+    for (_, p) in of_piece.iter().zip(places).filter(|(of, _)| **of) {
+        let x = along(*p);
+        let angle = (x - middle) / radius;
+        let out = radius + (*p - piece.at).dot(front);
+        let flat = *p - piece.start * x - front * (*p - piece.at).dot(front);
+        *p = flat + piece.start * (middle + out * angle.sin()) + front * (out * angle.cos() - radius);
+    }
 }
 
 struct Placing<'a> {
@@ -46,9 +75,11 @@ struct Placing<'a> {
     up: Vec<DVec3>,
     /// `[piece]` of flat ones: to the right.
     right: Vec<DVec3>,
-    /// `[piece]` of round ones: the middle of the last round.
-    middle: Vec<DVec3>,
     begun: Vec<bool>,
+    /// `[piece]` of round ones: the middle of the last whole round.
+    middle: Vec<DVec3>,
+    /// `[piece]` stitches of the last short row since then.
+    short: Vec<usize>,
     /// Borders before this face have a place, or wait in vain.
     borders: usize,
 }
@@ -116,9 +147,11 @@ impl Placing<'_> {
             self.grow_from_feet(row, &chain, number);
         }
         if row.closed && chain.vertices.len() > 1 && held == chain.feet.len() {
+            self.short[number] = 0;
             self.ring(&chain, number);
-        } else if !(piece.round && self.short_row(row, &chain, number)) {
-            self.line(row, &chain, number, piece.round);
+        } else {
+            let up = self.growth(row, &chain, number, piece.round);
+            self.line(row, &chain, number, piece.round, up);
         }
     }
 
@@ -242,29 +275,23 @@ impl Placing<'_> {
         }
     }
 
-    /// A short row of a round turns about the line through its ends, as a heel does: its middle rises by a row, its
-    /// ends hardly. Says whether the row is one.
-    fn short_row(&mut self, row: &RowRecord, chain: &Chain, number: usize) -> bool {
+    /// Where an open row grows. Short rows of a round that become longer again close a heel: they go inward.
+    fn growth(&mut self, row: &RowRecord, chain: &Chain, number: usize, round: bool) -> DVec3 {
+        let up = self.up[number];
+        if !round || !row.short {
+            return up;
+        }
+        let before = std::mem::replace(&mut self.short[number], chain.vertices.len());
+        if before == 0 || chain.vertices.len() <= before {
+            return up;
+        }
         let feet: Vec<DVec3> = chain.feet.iter().flatten().copied().collect();
-        let (Some(begin), Some(end)) = (feet.first(), feet.last()) else { return false };
-        let along = if row.direction == Direction::Left { *end - *begin } else { *begin - *end };
-        let Some(axis) = along.try_normalize() else { return false };
-        let centre = self.middle[number];
-        let out = |p: DVec3| (p - centre) - axis * (p - centre).dot(axis);
-        let radius = feet.iter().map(|p| out(*p).length()).fold(0.0, f64::max);
-        if feet.len() < chain.vertices.len() || along.length() < 0.5 * radius || radius < self.gauge.height {
-            return false;
-        }
-        let turn = DQuat::from_axis_angle(axis, BEND * self.gauge.height / radius);
-        for (foot, &vertex) in feet.iter().zip(&chain.vertices) {
-            self.places[vertex as usize].get_or_insert(centre + turn * (*foot - centre));
-        }
-        true
+        let inward = self.middle[number] - feet.iter().sum::<DVec3>() / feet.len().max(1) as f64;
+        (inward - up * inward.dot(up)).try_normalize().unwrap_or(up)
     }
 
-    fn line(&mut self, row: &RowRecord, chain: &Chain, number: usize, round: bool) {
+    fn line(&mut self, row: &RowRecord, chain: &Chain, number: usize, round: bool, up: DVec3) {
         let Gauge { width, height } = self.gauge;
-        let up = self.up[number];
         let right = self.right[number];
         let forth = if row.direction == Direction::Left { -right } else { right };
         let mut spots: Vec<Option<DVec3>> = chain.feet.iter().map(|f| f.map(|f| f + up * height)).collect();

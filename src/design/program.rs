@@ -206,7 +206,7 @@ impl Program<'_> {
                 | StatementKind::PickUp(..)
         );
         if knits && self.knitter.piece().is_none() {
-            self.begin("fabric".into(), false, [None; 3], place)?;
+            self.begin("fabric".into(), [false; 2], [None; 3], place)?;
         }
         match &statement.kind {
             StatementKind::Title(title) => self.title = Some(title.clone()),
@@ -316,13 +316,13 @@ impl Program<'_> {
             Ok(Some(DVec3::new(self.value(&v[0])?, self.value(&v[1])?, self.value(&v[2])?)))
         };
         let vectors = [vector(&piece.at)?, vector(&piece.toward)?, vector(&piece.start)?];
-        self.begin(piece.name.clone(), piece.round, vectors, place)
+        self.begin(piece.name.clone(), [piece.round, piece.curled], vectors, place)
     }
 
     fn begin(
         &mut self,
         name: String,
-        round: bool,
+        [round, curled]: [bool; 2],
         [at, toward, start]: [Option<DVec3>; 3],
         place: Place,
     ) -> Result<(), Problem> {
@@ -339,7 +339,7 @@ impl Program<'_> {
         let across = start - toward * start.dot(toward);
         let start =
             unit(if across.length() > 1e-9 { across } else { toward.any_orthonormal_vector() }, "start")?;
-        let piece = PieceRecord { name, round, at: at.unwrap_or_default(), toward, start };
+        let piece = PieceRecord { name, round, curled, at: at.unwrap_or_default(), toward, start };
         self.knitter.begin_piece(piece, place)
     }
 
@@ -380,7 +380,7 @@ impl Program<'_> {
     /// Works what waits, in the order of the numbers.
     fn work_waiting(&mut self) -> Result<(), Failure> {
         while let Some(&number) = self.section.waiting.iter().next() {
-            let (row, place) = self.section.rows[&number].clone();
+            let place = self.section.rows[&number].1;
             if number != self.section.last + 1 {
                 return Err(Problem::new(
                     place,
@@ -392,7 +392,6 @@ impl Program<'_> {
             self.section.waiting.remove(&number);
             self.numbered_row(number, false, place)?;
             self.section.last = number;
-            let _ = row;
         }
         Ok(())
     }
@@ -440,7 +439,7 @@ impl Program<'_> {
             return Err(Problem::new(place, "a row without number as another one", "instructions").into());
         };
         if self.knitter.piece().is_none() {
-            self.begin("fabric".into(), row.round, [None; 3], place)?;
+            self.begin("fabric".into(), [row.round, false], [None; 3], place)?;
         }
         let in_the_round = self.knitter.piece().is_some_and(|p| p.round);
         if row.round && !in_the_round {

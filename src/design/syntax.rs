@@ -74,6 +74,8 @@ pub struct Piece {
     pub name: String,
     /// In the round, else flat.
     pub round: bool,
+    /// `flat curled`: rolled into a tube where it is placed.
+    pub curled: bool,
     /// `at (x, y, z)`: the middle of its first row.
     pub at: Option<[Expression; 3]>,
     /// `toward (x, y, z)`: where rows grow.

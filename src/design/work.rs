@@ -13,7 +13,7 @@ use crate::mesh::FaceEdge;
 use std::collections::BTreeMap;
 
 /// Faces of a fabric at most: indices have 32 bits, and memory an end.
-const MOST_FACES: usize = 50_000_000;
+const MOST_FACES: usize = 20_000_000;
 
 /// Where the working yarn leaves the last stitch.
 #[derive(Clone, Copy, Debug)]
@@ -149,8 +149,7 @@ impl Knitter {
                 "a row that uses all stitches, or ends in a turn",
             ));
         }
-        if let Some(tip) = self.tip.filter(|t| t.chain) {
-            let _ = tip;
+        if self.tip.is_some_and(|t| t.chain) {
             return Err(Problem::new(
                 place,
                 "a bind-off that is not held",
@@ -161,7 +160,7 @@ impl Knitter {
             return Err(Problem::new(place, "a wrong-side row to its end in the round", "a turn at its end"));
         }
         let closed = self.round() && whole && !turned;
-        self.record(begin, direction, closed, place);
+        self.record(begin, direction, closed, turned, place);
         if turned {
             self.turned = true;
         } else {
@@ -173,11 +172,12 @@ impl Knitter {
         Ok(())
     }
 
-    fn record(&mut self, begin: usize, direction: Direction, closed: bool, place: Place) {
+    fn record(&mut self, begin: usize, direction: Direction, closed: bool, short: bool, place: Place) {
         let row = RowRecord {
             faces: begin..self.fabric.faces.len(),
             direction,
             closed,
+            short,
             piece: self.fabric.pieces.len().saturating_sub(1) as u32,
             stitches: self.needles.stitches(),
             place,

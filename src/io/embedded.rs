@@ -2,7 +2,10 @@
 
 /// Name and text of each file of `templates/`; a test compares the list with the folder.
 pub(super) const FILES: &[(&str, &str)] = &[
+    ("templates/bind-off.json", include_str!("../../templates/bind-off.json")),
+    ("templates/decrease-double.json", include_str!("../../templates/decrease-double.json")),
     ("templates/decrease.json", include_str!("../../templates/decrease.json")),
+    ("templates/draw.json", include_str!("../../templates/draw.json")),
     ("templates/drop.json", include_str!("../../templates/drop.json")),
     ("templates/edge-stitch.json", include_str!("../../templates/edge-stitch.json")),
     ("templates/edge.json", include_str!("../../templates/edge.json")),
@@ -20,8 +23,14 @@ pub(super) const FILES: &[(&str, &str)] = &[
     ("templates/make-split.json", include_str!("../../templates/make-split.json")),
     ("templates/make-tuck-twist.json", include_str!("../../templates/make-tuck-twist.json")),
     ("templates/make-tuck.json", include_str!("../../templates/make-tuck.json")),
+    ("templates/purl-bind-off.json", include_str!("../../templates/purl-bind-off.json")),
+    ("templates/purl-decrease-double.json", include_str!("../../templates/purl-decrease-double.json")),
     ("templates/purl-decrease.json", include_str!("../../templates/purl-decrease.json")),
+    ("templates/purl-make.json", include_str!("../../templates/purl-make.json")),
+    ("templates/purl-twisted.json", include_str!("../../templates/purl-twisted.json")),
     ("templates/purl.json", include_str!("../../templates/purl.json")),
+    ("templates/purltuck.json", include_str!("../../templates/purltuck.json")),
+    ("templates/seam.json", include_str!("../../templates/seam.json")),
     ("templates/slip.json", include_str!("../../templates/slip.json")),
     ("templates/spacer.json", include_str!("../../templates/spacer.json")),
     ("templates/start-end.json", include_str!("../../templates/start-end.json")),
@@ -30,4 +39,5 @@ pub(super) const FILES: &[(&str, &str)] = &[
     ("templates/turn.json", include_str!("../../templates/turn.json")),
     ("templates/weave.json", include_str!("../../templates/weave.json")),
     ("templates/xfer.json", include_str!("../../templates/xfer.json")),
+    ("templates/yarn-over.json", include_str!("../../templates/yarn-over.json")),
 ];

@@ -1,6 +1,7 @@
 //! Readers and writers, one file per format.
 
 pub mod bcc;
+pub mod chart;
 pub mod convert;
 pub mod convert_database;
 pub mod curve_info;
@@ -27,6 +28,7 @@ pub mod scan;
 pub mod sequence;
 pub mod sf;
 pub mod smobj;
+pub mod stitch_sizes;
 pub mod strain_table;
 pub mod template_json;
 pub mod text;

@@ -33,8 +33,8 @@ impl Beside {
 }
 
 impl Files for Beside {
-    fn chart(&self, file: &str, _colour: &mut dyn FnMut([u8; 3]) -> u16) -> Result<Chart> {
+    fn chart(&self, file: &str, colour: &mut dyn FnMut([u8; 3]) -> u16) -> Result<Chart> {
         let path = self.folder.join(file);
-        Err(Error::invalid(format_args!("{}: charts are not read yet", path.display())))
+        super::chart::read_file(&path)?.chart(&path, colour)
     }
 }

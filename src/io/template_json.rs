@@ -110,7 +110,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Entry>> {
         let line = line + e.line().max(1) - 1;
         let next =
             text.lines().nth(line - 1).and_then(|l| l.get(column - 1..)).and_then(|l| l.chars().next());
-        let (found, expected) = explain(&e, next);
+        let (found, expected) = explain(&e, next, "a template as JSON");
         Error::input(path, line, column, found, expected)
     };
     let raw: Vec<&RawValue> = if text.trim_start().starts_with('[') {
@@ -131,8 +131,9 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Entry>> {
         .collect()
 }
 
-/// A JSON error as what was found and what was expected; `next` is the character at its place.
-fn explain(error: &serde_json::Error, next: Option<char>) -> (String, String) {
+/// A JSON error as what was found and what was expected (`whole`, where it does not say); `next` is the character at its
+/// place.
+pub(super) fn explain(error: &serde_json::Error, next: Option<char>, whole: &str) -> (String, String) {
     let message = error.to_string();
     let what = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
     if let Some(part) = what.strip_prefix("EOF while parsing ") {
@@ -142,7 +143,7 @@ fn explain(error: &serde_json::Error, next: Option<char>) -> (String, String) {
         return (next.map_or("the end of the line".into(), |c| format!("'{c}'")), expected.into());
     }
     let found = what.strip_prefix("invalid type: ").or(what.strip_prefix("invalid value: ")).unwrap_or(what);
-    let (found, expected) = found.rsplit_once(", expected ").unwrap_or((found, "a template as JSON"));
+    let (found, expected) = found.rsplit_once(", expected ").unwrap_or((found, whole));
     (found.into(), expected.into())
 }
 

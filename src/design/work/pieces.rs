@@ -55,7 +55,7 @@ impl Knitter {
             self.turned = false;
         }
         let closed = first && self.round();
-        self.record(begin, direction, closed, place);
+        self.record(begin, direction, closed, false, place);
         Ok(())
     }
 
@@ -97,12 +97,22 @@ impl Knitter {
             if self.next_layers(1) != Layers::One {
                 return Err(Problem::new(place, "a tucked stitch", "a row that knits it first"));
             }
-            self.face("draw", 1, &[], Layers::One, place);
+            // A round's last stitch meets its first one's corner; that one is a quad, so that neither collapses.
+            if self.round() && self.fabric.faces.len() == begin {
+                self.face("hold", 1, &["x"], Layers::One, place);
+            } else {
+                self.face("draw", 1, &[], Layers::One, place);
+            }
             self.made.drawn += 1;
         }
         let closed = self.round();
-        self.cut(place);
-        self.record(begin, direction, closed, place);
+        if closed {
+            // The end stays in the middle of the drawn-in round, where a border would have no room.
+            self.tip = None;
+        } else {
+            self.cut(place);
+        }
+        self.record(begin, direction, closed, false, place);
         self.turned = true;
         Ok(())
     }
@@ -190,7 +200,11 @@ impl Knitter {
             Some(name) => match self.tails.remove(name) {
                 Some(tip) if tip.direction == Direction::Left => Some(tip),
                 Some(_) => {
-                    return Err(Problem::new(place, "a tail of a wrong-side row", "one that ends at the left"));
+                    return Err(Problem::new(
+                        place,
+                        "a tail of a wrong-side row",
+                        "one that ends at the left",
+                    ));
                 }
                 None => {
                     let known: Vec<&str> = self.tails.keys().map(String::as_str).collect();

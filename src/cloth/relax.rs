@@ -1,0 +1,240 @@
+//! Quasi-static relaxation: the shape of least energy that is downhill from a start.
+//!
+//! Newton steps whose matrix leaves out what is negative (springs under compression) until the end is near, solved by conjugate
+//! gradients that stop where it is not positive, damped by a
+//! multiple of the identity that shrinks while steps succeed, with a line search: the energy never rises, however rough the
+//! start. First the start is scaled to the best size, which has a closed form. All of it turns with the start: a turned start
+//! gives the turned result but for rounding.
+
+use super::linear::{System, dot};
+use super::{Cloth, assemble};
+use crate::{Error, Result};
+use glam::DVec3;
+
+/// How to relax.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RelaxOptions {
+    /// The largest force on a node, relative to [`Cloth::force_unit`], at which it ends.
+    pub residual: f64,
+    /// Newton steps at most.
+    pub iterations: usize,
+    /// Rounds of conjugate gradients at most, of all steps together.
+    pub rounds: usize,
+    /// Nodes that stay where they are.
+    pub held: Vec<u32>,
+    /// Acceleration of every node, m/s2: gravity.
+    pub acceleration: DVec3,
+    /// Whether to scale the start about its centre to the size of least energy. Not done where nodes are held.
+    pub rescale: bool,
+    /// Whether a start that lies in a plane is kept in it. Else rounding decides where compressed fabric buckles.
+    pub keep_flat: bool,
+}
+
+impl Default for RelaxOptions {
+    fn default() -> Self {
+        Self {
+            residual: 1e-4,
+            iterations: 500,
+            rounds: 20_000,
+            held: Vec::new(),
+            acceleration: DVec3::ZERO,
+            rescale: true,
+            keep_flat: true,
+        }
+    }
+}
+
+/// How it went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RelaxReport {
+    /// Newton steps.
+    pub iterations: usize,
+    /// Rounds of conjugate gradients, together.
+    pub rounds: usize,
+    /// The largest force on a node at the end, relative to [`Cloth::force_unit`].
+    pub residual: f64,
+    /// Whether that is within the bound.
+    pub converged: bool,
+    /// Energy of the start as given, J (with the load's).
+    pub energy_start: f64,
+    /// Energy at the end, J.
+    pub energy_end: f64,
+    /// By what the start was scaled.
+    pub scale: f64,
+    /// Whether it was kept in its plane.
+    pub flat: bool,
+}
+
+/// Relaxes node positions, m, in place.
+///
+/// # Errors
+/// Another number of positions than nodes, positions that are not finite, held nodes that there are not, options out of range.
+pub fn relax(cloth: &Cloth, nodes: &mut [DVec3], options: &RelaxOptions) -> Result<RelaxReport> {
+    check(cloth, nodes, options)?;
+    let mut report = RelaxReport { scale: 1.0, ..RelaxReport::default() };
+    let free = options.held.is_empty() && options.acceleration == DVec3::ZERO;
+    let mut problem = Problem::new(cloth, options);
+    report.energy_start = problem.energy(nodes);
+    if free {
+        if options.rescale {
+            report.scale = rescale(cloth, nodes);
+        }
+        problem.plane = if options.keep_flat { plane(cloth, nodes) } else { None };
+        report.flat = problem.plane.is_some();
+    }
+    problem.run(nodes, options, &mut report);
+    Ok(report)
+}
+
+fn check(cloth: &Cloth, nodes: &[DVec3], options: &RelaxOptions) -> Result<()> {
+    if nodes.len() != cloth.node_count() {
+        return Err(Error::invalid(format_args!(
+            "{} positions, expected {}, one for each node",
+            nodes.len(),
+            cloth.node_count()
+        )));
+    }
+    assemble::check_finite(nodes)?;
+    if let Some(node) = options.held.iter().find(|n| **n as usize >= nodes.len()) {
+        return Err(Error::invalid(format_args!("held node {node}, expected numbers below {}", nodes.len())));
+    }
+    if !(options.residual > 0.0 && options.acceleration.is_finite()) {
+        return Err(Error::invalid(format_args!(
+            "a residual of {} and an acceleration of {}, expected a positive and finite numbers",
+            options.residual, options.acceleration
+        )));
+    }
+    Ok(())
+}
+
+/// Scales about the centre to the size of least energy and returns the factor: stretched springs `k (s l - L)^2 / 2` and
+/// curvatures `k (s c)^2 / 2` are least at `s = sum k l L / sum (k l^2 + k c^2)`.
+fn rescale(cloth: &Cloth, x: &mut [DVec3]) -> f64 {
+    let (mut along, mut square) = (0.0, 0.0);
+    for s in &cloth.springs {
+        let l = x[s.nodes[0] as usize].distance(x[s.nodes[1] as usize]);
+        along += s.stiffness * l * s.length;
+        square += s.stiffness * l * l;
+    }
+    square += cloth.bends.iter().map(|b| b.stiffness * b.curvature(x).length_squared()).sum::<f64>();
+    let scale = along / square;
+    if !(scale.is_finite() && scale > 0.0) {
+        return 1.0;
+    }
+    let middle = x.iter().sum::<DVec3>() / x.len() as f64;
+    x.iter_mut().for_each(|p| *p = middle + (*p - middle) * scale);
+    scale
+}
+
+/// The normal of the plane that all nodes lie in, if they do, to a millionth of the extent.
+fn plane(cloth: &Cloth, x: &[DVec3]) -> Option<DVec3> {
+    let middle = x.iter().sum::<DVec3>() / x.len() as f64;
+    let cross = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|n| x[n as usize]);
+        (b - a).cross(c - a)
+    };
+    // Faces of fabric folded flat face both ways.
+    let first =
+        cloth.triangles.iter().map(cross).reduce(|a, b| if b.length() > a.length() { b } else { a })?;
+    let sum: DVec3 = cloth.triangles.iter().map(cross).map(|n| if n.dot(first) < 0.0 { -n } else { n }).sum();
+    let normal = sum.try_normalize()?;
+    let extent = x.iter().map(|p| (*p - middle).length()).fold(0.0, f64::max);
+    let off = x.iter().map(|p| (*p - middle).dot(normal).abs()).fold(0.0, f64::max);
+    (off <= 1e-6 * extent).then_some(normal)
+}
+
+struct Problem<'a> {
+    cloth: &'a Cloth,
+    /// `[node]` force of the load, N; empty without.
+    load: Vec<DVec3>,
+    held: Vec<u32>,
+    plane: Option<DVec3>,
+    parts: Vec<f64>,
+}
+
+impl<'a> Problem<'a> {
+    fn new(cloth: &'a Cloth, options: &RelaxOptions) -> Self {
+        let load = if options.acceleration == DVec3::ZERO {
+            Vec::new()
+        } else {
+            cloth.masses.iter().map(|m| options.acceleration * *m).collect()
+        };
+        Self { cloth, load, held: options.held.clone(), plane: None, parts: vec![0.0; cloth.part_count()] }
+    }
+
+    fn energy(&mut self, x: &[DVec3]) -> f64 {
+        self.cloth.energy_in(x, &mut self.parts) - dot(&self.load, x)
+    }
+
+    fn forces(&self, x: &[DVec3], out: &mut [DVec3]) {
+        self.cloth.forces(x, out);
+        out.iter_mut().zip(&self.load).for_each(|(f, load)| *f += *load);
+        self.keep(out);
+    }
+
+    /// Leaves of a vector what may move.
+    fn keep(&self, v: &mut [DVec3]) {
+        self.held.iter().for_each(|n| v[*n as usize] = DVec3::ZERO);
+        if let Some(normal) = self.plane {
+            v.iter_mut().for_each(|v| *v -= normal * normal.dot(*v));
+        }
+    }
+
+    fn run(&mut self, x: &mut [DVec3], options: &RelaxOptions, report: &mut RelaxReport) {
+        let cloth = self.cloth;
+        let n = x.len();
+        let mut system = System::new(cloth);
+        let [mut forces, mut step, mut trial] = [(); 3].map(|()| vec![DVec3::ZERO; n]);
+        let stiffest = cloth.springs.iter().map(|s| s.stiffness).fold(0.0, f64::max);
+        let mut shift = 1e-3 * stiffest;
+        let mut energy = self.energy(x);
+        let mut coarse = false;
+        loop {
+            self.forces(x, &mut forces);
+            let greatest = forces.iter().map(|f| f.length()).fold(0.0, f64::max);
+            report.residual = greatest / cloth.force_unit;
+            report.converged = report.residual <= options.residual;
+            report.energy_end = energy;
+            let spent = report.iterations >= options.iterations || report.rounds >= options.rounds;
+            if report.converged || spent || !energy.is_finite() {
+                return;
+            }
+            // Far from the end what is negative only misleads; near it, steps without it would creep.
+            let exact = report.residual < 1e-2 && !coarse;
+            system.set(cloth, x, shift, exact);
+            // As exact as it pays: the nearer the end, the more.
+            let tolerance = report.residual.sqrt().clamp(1e-3, 0.1);
+            let most = (options.rounds - report.rounds).min(400);
+            report.rounds += system.solve(cloth, &forces, &mut step, tolerance, most, &|v| self.keep(v));
+            report.iterations += 1;
+            let slope = dot(&forces, &step);
+            let mut share = 1.0;
+            let mut done = false;
+            for _ in 0..40 {
+                trial.iter_mut().zip(x.iter()).zip(&step).for_each(|((t, x), p)| *t = *x + *p * share);
+                let there = self.energy(&trial);
+                // Armijo's condition; near the end differences drown in rounding, and any step that does not rise counts.
+                if there <= energy - 1e-4 * share * slope || (there <= energy && slope <= 1e-9 * energy.abs())
+                {
+                    x.copy_from_slice(&trial);
+                    energy = there;
+                    done = true;
+                    break;
+                }
+                share *= 0.5;
+            }
+            // After a bad step one without.
+            coarse = exact && share < 0.25;
+            shift = match share {
+                _ if !done => shift * 16.0,
+                1.0 => shift / 8.0,
+                s if s >= 0.25 => shift,
+                _ => shift * 4.0,
+            }
+            .clamp(1e-9 * stiffest, 1e6 * stiffest);
+            if !done && shift >= 1e6 * stiffest {
+                return;
+            }
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! `knotmesh knit` from the command line: what it writes, what it says, what it refuses.
+
+use assert_cmd::Command;
+use knotmesh::io::smobj;
+use std::path::Path;
+
+fn knotmesh() -> Command {
+    Command::cargo_bin("knotmesh").unwrap()
+}
+
+const PATTERN: &str = "\
+title \"Cuff\"
+gauge 20 x 30
+size S: n = 16
+size M: n = 20
+color red #c0392b
+piece cuff round
+co {n}
+Rnds 1-4: *k1, p1; rep from *
+Rnd 5: with red, k
+bo
+";
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cuff.knit"), PATTERN).unwrap();
+    folder
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let output = knotmesh().current_dir(folder).args(arguments).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+/// Seen red with the `N` line's column left out, and with the first size always.
+#[test]
+fn a_pattern_becomes_a_mesh() {
+    let folder = folder();
+    let (code, out, err) = run(folder.path(), &["knit", "cuff.knit", "-o", "cuff.smobj"]);
+    assert_eq!((code, out.as_str(), err.as_str()), (0, "", ""));
+    let mesh = smobj::read_file(&folder.path().join("cuff.smobj")).unwrap();
+    // Cast-on, five rounds, bind-off, where the yarn begins and ends.
+    assert_eq!(mesh.face_count(), 16 * 7 + 2);
+    let lines: Vec<u32> = mesh.face_source.clone();
+    assert_eq!(lines.iter().filter(|l| **l == 8).count(), 4 * 16, "four rounds of line 8");
+    // `*k1, p1`: the asterisk is column 12, k 13, p 17.
+    let columns: Vec<u32> =
+        (0..mesh.face_count()).filter(|f| lines[*f] == 8).map(|f| mesh.face_origins[f].column).collect();
+    assert_eq!(&columns[..4], &[12, 16, 12, 16]);
+    let red = mesh.face_origins.iter().filter(|o| o.colour == Some([0xc0, 0x39, 0x2b])).count();
+    // The round, the bind-off after it, the end of the yarn.
+    assert_eq!(red, 16 + 16 + 1);
+    // 20 stitches on 10 cm: 16 of them are 8 cm around.
+    let around = mesh.positions.iter().map(|p| p.truncate().length().max(p.z.abs())).fold(0.0, f64::max);
+    assert!(around < 0.1, "metres: {around}");
+
+    let (code, ..) =
+        run(folder.path(), &["knit", "cuff.knit", "-o", "m.smobj", "--size", "M", "--gauge", "40"]);
+    assert_eq!(code, 0);
+    assert_eq!(smobj::read_file(&folder.path().join("m.smobj")).unwrap().face_count(), 20 * 7 + 2);
+}
+
+/// Seen red with bound-off stitches left out of the total.
+#[test]
+fn check_counts_and_writes_nothing() {
+    let folder = folder();
+    let (code, out, err) = run(folder.path(), &["knit", "cuff.knit", "--check", "--size", "m"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    for line in [
+        "Cuff",
+        "size: m",
+        "gauge: 20.0000 x 30.0000 on 10 cm",
+        "stitches: 140",
+        "piece cuff: in the round, 7 rounds, at most 20 stitches",
+    ] {
+        assert!(out.lines().any(|l| l == line), "{line} in\n{out}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn what_is_wrong_is_one_line() {
+    let folder = folder();
+    let path = folder.path();
+    std::fs::write(path.join("bad.knit"), "co 10\nRow 1: k4, k2tog, k5\n").unwrap();
+    std::fs::write(path.join("bytes.knit"), b"co 10\nRow\xff").unwrap();
+    let cases: &[(&[&str], &str)] = &[
+        (
+            &["knit", "bad.knit", "-o", "x.smobj"],
+            "knotmesh: bad.knit:2:19: found a stitch that uses 1 where 0 are left, expected as many stitches as the row before made",
+        ),
+        (
+            &["knit", "bytes.knit", "-o", "x.smobj"],
+            "knotmesh: bytes.knit:2:4: found bytes that are not UTF-8, expected a text file",
+        ),
+        (
+            &["knit", "cuff.knit", "-o", "x.smobj", "--size", "XL"],
+            "knotmesh: cuff.knit:1:1: found a wish for size 'xl', expected one of its sizes (m, s)",
+        ),
+        (
+            &["knit", "cuff.knit", "-o", "x.obj"],
+            "knotmesh: x.obj: found another kind of output, expected .smobj",
+        ),
+        (
+            &["knit", "none.knit", "-o", "x.smobj"],
+            "knotmesh: none.knit: No such file or directory (os error 2)",
+        ),
+        (
+            &["knit", "cuff.knit", "-o", "none/x.smobj"],
+            "knotmesh: none/x.smobj: No such file or directory (os error 2)",
+        ),
+    ];
+    for (arguments, message) in cases {
+        let (code, out, err) = run(path, arguments);
+        assert_eq!((code, out.as_str(), err.trim_end()), (2, "", *message), "{arguments:?}");
+    }
+    for gauge in ["x", "0", "22x", "22x0", "1e9", "nan"] {
+        let (code, _, err) = run(path, &["knit", "cuff.knit", "-o", "x.smobj", "--gauge", gauge]);
+        assert_eq!(code, 2, "{gauge}: {err}");
+    }
+    assert!(!path.join("x.smobj").exists());
+}
