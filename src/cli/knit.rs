@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         )));
     }
     let size = arguments.size.as_ref().map(|s| s.to_lowercase());
-    let settings = Settings { gauge: arguments.gauge, size };
+    let settings = Settings { gauge: arguments.gauge, size, ..Settings::default() };
     let mut knitted = if chart::is_chart(&arguments.pattern) {
         let (columns, rows) = arguments.repeat.unwrap_or((1, 1));
         let border = arguments.border.unwrap_or(0).into();

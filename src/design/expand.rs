@@ -145,7 +145,9 @@ impl Row<'_> {
                 Ok(())
             }
             ItemKind::CastOn(n) => {
-                (0..self.context.count(n, place)?).try_for_each(|_| self.push(Step::CastOn, place))
+                let n = self.context.count(n, place)?;
+                self.room(n, place)?;
+                (0..n).try_for_each(|_| self.push(Step::CastOn, place))
             }
             ItemKind::Hold(n, name) => {
                 let n = match n {
@@ -210,6 +212,7 @@ impl Row<'_> {
                 until / takes
             }
         };
+        self.room(n, place)?;
         for _ in 0..n {
             self.take(takes, "a stitch", place)?;
             self.push(Step::Work(stitch, None), place)?;
@@ -314,14 +317,20 @@ impl Row<'_> {
         Ok(())
     }
 
-    fn push(&mut self, step: Step, place: Place) -> Result<(), Problem> {
-        if self.steps.len() >= MOST_STEPS {
+    /// Whether so many more steps are still a row.
+    fn room(&self, more: usize, place: Place) -> Result<(), Problem> {
+        if self.steps.len().saturating_add(more) > MOST_STEPS {
             return Err(Problem::new(
                 place,
                 "a row without end",
                 format_args!("at most {MOST_STEPS} stitches"),
             ));
         }
+        Ok(())
+    }
+
+    fn push(&mut self, step: Step, place: Place) -> Result<(), Problem> {
+        self.room(1, place)?;
         self.steps.push((step, place));
         Ok(())
     }

@@ -20,6 +20,8 @@ pub struct Settings {
     pub gauge: Option<Gauge>,
     /// Which of its sizes; the first unless given.
     pub size: Option<String>,
+    /// Faces at most, before a pattern is refused; 20 million unless given, which is also the most there can be.
+    pub most_faces: Option<usize>,
 }
 
 /// What a pattern refers to beyond itself.
@@ -74,7 +76,7 @@ pub fn work(statements: &[Statement], settings: &Settings, files: &dyn Files) ->
         sizes: sizes(statements),
         colours: BTreeMap::new(),
         charts: BTreeMap::new(),
-        knitter: Knitter::new(),
+        knitter: Knitter::new(settings.most_faces),
         section: Section::default(),
         done: 0,
     };

@@ -41,6 +41,7 @@ pub struct Knitter {
     /// The needles were turned already.
     turned: bool,
     colour: u16,
+    most_faces: usize,
     /// Stitches made, cast on and bound off.
     pub made: Made,
 }
@@ -68,8 +69,8 @@ impl Made {
 }
 
 impl Knitter {
-    /// Empty needles.
-    pub fn new() -> Self {
+    /// Empty needles; so many faces at most.
+    pub fn new(most_faces: Option<usize>) -> Self {
         Self {
             fabric: Fabric::default(),
             needles: Needles::default(),
@@ -79,6 +80,7 @@ impl Knitter {
             tip: None,
             turned: true,
             colour: 0,
+            most_faces: most_faces.unwrap_or(MOST_FACES).min(MOST_FACES),
             made: Made::default(),
         }
     }
@@ -132,10 +134,10 @@ impl Knitter {
         {
             self.turn_at_edge(tip, place);
         }
+        self.check_size(steps.len(), place)?;
         let mut at = 0;
         while at < steps.len() {
             at += self.step(steps, at)?;
-            self.check_size(steps[at.min(steps.len()) - 1].1)?;
         }
         let turned = matches!(steps.last(), Some((Step::Turn, _)));
         while matches!(self.needles.left.last(), Some(Slot::Marker(_))) && !turned {
@@ -185,12 +187,13 @@ impl Knitter {
         self.fabric.rows.push(row);
     }
 
-    fn check_size(&self, place: Place) -> Result<(), Problem> {
-        if self.fabric.faces.len() > MOST_FACES {
+    /// Whether there is room for so many more faces.
+    fn check_size(&self, more: usize, place: Place) -> Result<(), Problem> {
+        if self.fabric.faces.len().saturating_add(more) > self.most_faces {
             return Err(Problem::new(
                 place,
                 "a fabric without end",
-                format_args!("at most {MOST_FACES} stitches"),
+                format_args!("at most {} stitches", self.most_faces),
             ));
         }
         Ok(())

@@ -47,9 +47,9 @@ impl Knitter {
             None if self.round() => Direction::Left,
             None => Direction::Right,
         };
+        self.check_size(n, place)?;
         for _ in 0..n {
             self.cast_on_one(direction, place);
-            self.check_size(place)?;
         }
         if first {
             self.turned = false;
