@@ -13,7 +13,7 @@ fn message(name: &str, text: &str) -> String {
     knitted.unwrap_err().to_string()
 }
 
-/// Seen red with columns counted from 0.
+/// Fault to be seeded (not yet seen red): columns counted from 0.
 #[test]
 fn messages_say_where() {
     let head = r#"{"format": "knotmesh-chart", "version": 1, "#;
@@ -25,7 +25,11 @@ fn messages_say_where() {
         ("a.chart", "...\n  xxx".into(), "2:3: found row 1 without stitches"),
         ("a.chart", "..\n...".into(), "1:1: found row 2 that uses 2 stitches, expected 3, as row 1 makes"),
         ("a.chart", "  /./\n  /.o".into(), "1:3: found row 2 that uses 5 stitches, expected 3"),
-        ("a.chart", " ...\n ./o\n ./.".into(), "1:2: found row 3 that uses 3 stitches"),
+        (
+            "a.chart",
+            " ...\n ./o\n ./.".into(),
+            "3:2: found row 1 that uses 4 stitches, expected 3, as row 3 makes",
+        ),
         ("a.chart", "ooo".into(), "1:1: found a cast-on of no stitches"),
         ("a.chart", "a = frog\naa".into(), "1:5: found 'frog'"),
         ("a.chart", "a = k\na = p\na".into(), "2:1: found 'a' a second time"),
@@ -51,7 +55,7 @@ fn messages_say_where() {
     }
 }
 
-/// Seen red with the limit left out.
+/// Fault to be seeded (not yet seen red): the limit left out.
 #[test]
 fn pictures_are_not_too_large_and_not_too_colourful() {
     let wide = picture(4_001, png::ColorType::Grayscale, &vec![0; 4_001 * 1_000]);
@@ -64,7 +68,7 @@ fn pictures_are_not_too_large_and_not_too_colourful() {
 }
 
 proptest! {
-    /// Seen red with a slice of a row's text past its end.
+    /// Fault to be seeded (not yet seen red): a slice of a row's text past its end.
     #[test]
     fn bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..200), kind in 0..3usize) {
         let _ = chart(["a.chart", "a.json", "a.png"][kind], bytes);
