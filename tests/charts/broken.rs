@@ -30,7 +30,7 @@ fn messages_say_where() {
             " ...\n ./o\n ./.".into(),
             "3:2: found row 1 that uses 4 stitches, expected 3, as row 3 makes",
         ),
-        ("a.chart", "ooo".into(), "1:1: found a cast-on of no stitches"),
+        ("a.chart", "ooo".into(), "1:1: found row 1 that uses 0 stitches, expected 3, as row 1 makes"),
         ("a.chart", "a = frog\naa".into(), "1:5: found 'frog'"),
         ("a.chart", "a = k\na = p\na".into(), "2:1: found 'a' a second time"),
         ("a.chart", "color red\n.".into(), "1:1: found a colour that is not whole"),
