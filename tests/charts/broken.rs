@@ -13,7 +13,7 @@ fn message(name: &str, text: &str) -> String {
     knitted.unwrap_err().to_string()
 }
 
-/// Fault to be seeded (not yet seen red): columns counted from 0.
+/// Seen red with JSON's escapes counted as one byte.
 #[test]
 fn messages_say_where() {
     let head = r#"{"format": "knotmesh-chart", "version": 1, "#;
@@ -55,7 +55,7 @@ fn messages_say_where() {
     }
 }
 
-/// Fault to be seeded (not yet seen red): the limit left out.
+/// Seen red with twice the limit of pixels.
 #[test]
 fn pictures_are_not_too_large_and_not_too_colourful() {
     let wide = picture(4_001, png::ColorType::Grayscale, &vec![0; 4_001 * 1_000]);

@@ -9,7 +9,7 @@ fn stitches(text: &str) -> Vec<Stitch> {
     chart("a.chart", text).unwrap().rows[0].squares.iter().map(|s| s.stitch).collect()
 }
 
-/// Fault to be seeded (not yet seen red): `/` as ssk.
+/// Seen red with `/` as ssk.
 #[test]
 fn standard_symbols() {
     let expected = [
@@ -60,7 +60,7 @@ fn colours_of_the_key() {
     assert_eq!(found, [(Knit, Some(RED)), (Purl, Some([0, 255, 0])), (Knit, None)]);
 }
 
-/// Fault to be seeded (not yet seen red): escapes counted as one byte, and with rows left as they were read.
+/// Seen red with escapes counted as one byte.
 #[test]
 fn json_says_the_same_as_text() {
     let text = chart("a.chart", "color red #c0392b\nr = p red\n2 r./o\n1 \\o.-r\n").unwrap();
@@ -77,7 +77,7 @@ fn json_says_the_same_as_text() {
     assert!(json.rows[0].squares.iter().all(|s| s.place.line == 3));
 }
 
-/// Fault to be seeded (not yet seen red): transparent pixels in their colour, and with rows left as they were read.
+/// Seen red with transparent pixels in their colour.
 #[test]
 fn every_kind_of_pixel() {
     use png::ColorType::*;

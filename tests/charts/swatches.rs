@@ -24,7 +24,7 @@ fn mesh(knitted: &Knitted) -> String {
     text.lines().filter(|l| !l.starts_with("N ") && !l.starts_with('#')).collect::<Vec<_>>().join("\n")
 }
 
-/// Fault to be seeded (not yet seen red): wrong-side rows worked as the front shows them, and with both sides read from the left.
+/// Seen red with `/` as ssk.
 #[test]
 fn a_chart_equals_its_rows_written_out() {
     let text = "4 ./o-..\n3 \\o...-\n2 /o.-..\n1 .o\\..- \n";
@@ -33,7 +33,7 @@ fn a_chart_equals_its_rows_written_out() {
     assert_eq!(mesh(&worked("a.chart", text, Swatch::default())), mesh(&pattern(rows)));
 }
 
-/// Fault to be seeded (not yet seen red): borders of one side alone, and with rows and columns changed over.
+/// Seen red with borders on one side alone.
 #[test]
 fn repeats_and_borders() {
     let swatch = Swatch { columns: 3, rows: 2, border: 2 };
@@ -42,7 +42,7 @@ fn repeats_and_borders() {
     assert_eq!(mesh(&worked("a.chart", "--\n.-", swatch)), mesh(&pattern(rows)));
 }
 
-/// Fault to be seeded (not yet seen red): faces at the place of their row.
+/// Seen red with faces at the place of their row.
 #[test]
 fn faces_come_from_squares_and_have_their_colours() {
     let knitted = worked("a.chart", "a = #0000ff\nb = #ff0000\n  aab\n", Swatch::default());
@@ -59,7 +59,7 @@ fn faces_come_from_squares_and_have_their_colours() {
     }
 }
 
-/// Fault to be seeded (not yet seen red): the sample's first row a stitch longer.
+/// Seen red with borders on one side alone.
 #[test]
 fn samples_are_knit() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("stitches");
