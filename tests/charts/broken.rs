@@ -42,7 +42,7 @@ fn messages_say_where() {
         ("a.json", json(r#""rows": ["."], "more": 1}"#), "2:21: found unknown field"),
         ("a.json", json(r#""rows": [5]}"#), "2:10: found 5, expected a row as text"),
         ("a.json", json(r#""rows": [" "]}"#), "2:10: found row 1 without stitches"),
-        ("a.json", json(r#""key": {"a": "k", "a": "p"}, "rows": []}"#), "2:25: found 'a' a second time"),
+        ("a.json", json(r#""key": {"a": "k", "a": "p"}, "rows": []}"#), "2:24: found 'a' a second time"),
         ("a.json", r#"{"format": "x", "version": 1, "rows": []}"#.into(), "1:12: found \"x\""),
         ("a.json", r#"{"format": "knotmesh-chart", "version": 2, "rows": []}"#.into(), "1:41: found 2"),
         ("a.png", "no picture".into(), "1:1: found"),
