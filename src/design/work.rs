@@ -246,8 +246,11 @@ impl Knitter {
                 Ok(1)
             }
             Step::From(name) => {
-                let held = self.held.remove(name).unwrap_or_default();
-                self.needles.left.extend(held.slots.into_iter().rev());
+                let mut slots = self.held.remove(name).unwrap_or_default().slots;
+                if self.right_side {
+                    slots.reverse();
+                }
+                self.needles.left.extend(slots);
                 Ok(1)
             }
             Step::With(colour) => {

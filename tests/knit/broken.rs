@@ -3,9 +3,7 @@
 use super::from_text;
 use knotmesh::design::Settings;
 
-const CASES: &[(&str, &str)] = &[
-    ("", "1:1: x"),
-];
+const CASES: &[(&str, &str)] = &[("", "1:1: x")];
 
 /// Seen red with each row's place instead of the instruction's.
 #[test]

@@ -49,7 +49,8 @@ fn changed_bytes() {
                 1 => {
                     text.remove(at);
                 }
-                _ => text.insert(at, ['\n', '(', '*', '{', '9', '-', '"', '\u{e9}', '#', '/'][rng.usize(0..10)]),
+                _ => text
+                    .insert(at, ['\n', '(', '*', '{', '9', '-', '"', '\u{e9}', '#', '/'][rng.usize(0..10)]),
             }
         }
         refused += usize::from(work(&text.iter().collect::<String>()));
@@ -64,7 +65,19 @@ fn changed_words() {
     // All words there are, for any to stand in any place.
     let mut words: Vec<&str> =
         texts.iter().flat_map(|t| t.split_inclusive([' ', '\n', ',', '{', '}', '(', ')'])).collect();
-    words.extend(["0", "1 ", "99999 ", "10000000 ", "1000000000 ", "18446744073709551616 ", "1e400 ", "0.5 ", "-1 ", "{1/0}", "{0/0}"]);
+    words.extend([
+        "0",
+        "1 ",
+        "99999 ",
+        "10000000 ",
+        "1000000000 ",
+        "18446744073709551616 ",
+        "1e400 ",
+        "0.5 ",
+        "-1 ",
+        "{1/0}",
+        "{0/0}",
+    ]);
     for _ in 0..3000 {
         let text = &texts[rng.usize(0..texts.len())];
         let mut text: Vec<&str> = text.split_inclusive([' ', '\n', ',', '{', '}', '(', ')']).collect();
@@ -110,9 +123,13 @@ fn huge_numbers() {
     ] {
         assert!(work(text), "{text}");
     }
-    let deep = |open: &str, close: &str| format!("co 9\nRow: {}k1{}\nbo\n", open.repeat(100_000), close.repeat(100_000));
+    let deep = |open: &str, close: &str| {
+        format!("co 9\nRow: {}k1{}\nbo\n", open.repeat(100_000), close.repeat(100_000))
+    };
     for text in [deep("(", ")"), deep("*", "; rep from *"), format!("let a = {}1\n", "(".repeat(100_000))] {
         assert!(from_text(&text, &Settings::default()).is_err());
     }
-    assert!(from_text(&format!("let a = {}1\nco 3\nbo\n", "-".repeat(100_000)), &Settings::default()).is_ok());
+    assert!(
+        from_text(&format!("let a = {}1\nco 3\nbo\n", "-".repeat(100_000)), &Settings::default()).is_ok()
+    );
 }

@@ -102,6 +102,16 @@ const CASES: &[(&str, &str)] = &[
     ("piece a flat\npiece a flat\nco 3\nbo", "2:1: found a second piece 'a', expected another name"),
     ("co 5\nRow 1: as row 1\nbo", "2:1: found row 1 as itself, expected another row"),
     ("co 5\nbo\npick up x = right edge of y", "3:1: found 'y', expected one of: fabric"),
+    (
+        "co 5\nRow: k\nhold 2 as a\nco 3\nRow: p\nbo",
+        "4:1: found a cast-on between rows, with no yarn at the end of one, expected co N within a row",
+    ),
+    (
+        "co 5\nRow: k\ncut\nco 3\nRow: p\nbo",
+        "4:1: found a cast-on between rows, with no yarn at the end of one, expected co N within a row",
+    ),
+    ("co 5\nRows 5-2: k\nbo", "2:1: found rows 5 to 2, expected numbers from 1 upwards"),
+    ("size s: n = 5\nsize s: n = 6\nco {n}\nbo", "2:1: found a second size 's', expected another name"),
     ("", "1:1: found a pattern without stitches, expected co N and rows"),
 ];
 
@@ -111,6 +121,24 @@ fn messages_say_where() {
     for (text, message) in CASES {
         let found = worked(text).map(|k| format!("{:?}", k.made)).unwrap_or_else(|e| e.to_string());
         assert_eq!(found, format!("test.knit:{message}"), "{text}");
+    }
+}
+
+/// Counts beyond reason end at once. Seen red with stars that go on without a step.
+#[test]
+fn nothing_goes_on_for_ever() {
+    let sum = format!("co {{1{}}}\nbo", "+1".repeat(200_000));
+    let lists: Vec<String> = (0..40).map(|k| format!("{}-{}", k * 500_000 + 1, (k + 1) * 500_000)).collect();
+    let rows = format!("co 5\nRows {}: k\nbo", lists.join(", "));
+    for text in [
+        "co 5\nRow 1: *k0; rep from * 1000000000 more times, k5\nbo",
+        &sum,
+        &rows,
+        "co 5\nRows 2-20000: as row 1\nRow 1: k\nhold as a",
+    ] {
+        let began = Instant::now();
+        let _ = worked(text);
+        assert!(began.elapsed().as_secs() < 20, "{}", &text[..40]);
     }
 }
 

@@ -46,6 +46,21 @@ fn meshes_are_welded() {
     }
 }
 
+/// Held stitches come back on the wrong side as they left. Seen red with their order turned round.
+#[test]
+fn held_stitches_come_back_in_their_order() {
+    for n in [6, 4] {
+        let text = format!("co 6\nRow: k\nhold {n} as a\nRow: from a, p6\nbo\n");
+        let mesh = worked(&text).unwrap().mesh;
+        for face in 0..mesh.face_count() {
+            let mut corners: Vec<u32> = mesh.face(face.into()).iter().map(|v| v.0).collect();
+            corners.sort_unstable();
+            corners.dedup();
+            assert_eq!(corners.len(), mesh.face(face.into()).len(), "{text}: face {face}");
+        }
+    }
+}
+
 /// Seen red with rounds that run the other way around.
 #[test]
 fn fronts_face_out() {
