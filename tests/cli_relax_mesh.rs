@@ -19,7 +19,7 @@ fn in_folder(folder: &tempfile::TempDir, name: &str) -> String {
     folder.path().join(name).to_string_lossy().into_owned()
 }
 
-/// All but positions is kept, and the result is narrower. Seen red with positions written as they were read.
+/// All but positions is kept, and the result is narrower.
 #[test]
 fn all_but_positions_is_kept() {
     let folder = tempfile::tempdir().unwrap();
@@ -37,7 +37,7 @@ fn all_but_positions_is_kept() {
     assert!(report["residual"].as_f64().unwrap() <= 1e-4 && report["converged"] == true);
 }
 
-/// A gauge is in metres. Seen red with rows and stitches swapped.
+/// A gauge is in metres.
 #[test]
 fn a_gauge_is_per_10_cm() {
     let folder = tempfile::tempdir().unwrap();
