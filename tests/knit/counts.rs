@@ -29,11 +29,11 @@ impl Paper {
 }
 
 fn near(x: f64) -> usize {
-    x.round() as usize
+    (x + 1e-9).round() as usize
 }
 
 fn multiple(x: f64, of: usize, plus: usize) -> usize {
-    ((x - plus as f64) / of as f64).round() as usize * of + plus
+    near((x - plus as f64) / of as f64) * of + plus
 }
 
 /// A flat piece of so many stitches and rows.
@@ -99,11 +99,7 @@ pub fn on_paper(name: &str, size: Option<&str>, g: Paper) -> Count {
         "cowl" => {
             let rows = multiple(g.up(24.0), 2, 1).max(11);
             // Yarn turns at each side after every other row.
-            Count {
-                grafted: rows.div_ceil(2),
-                yarns: 2,
-                ..flat(multiple(g.across(60.0), 2, 1), rows)
-            }
+            Count { grafted: rows.div_ceil(2), yarns: 2, ..flat(multiple(g.across(60.0), 2, 1), rows) }
         }
         "raglan-sweater" => sweater(size, g),
         _ => panic!("{name} is not counted"),
@@ -121,7 +117,13 @@ fn hat(size: Option<&str>, g: Paper) -> Count {
     let rounds = brim + near(g.up(tall)).saturating_sub(brim).max(2);
     let crown: usize = (1..=wedge - 2).map(|i| 2 * 8 * (wedge - i)).sum();
     // A last round takes two of each wedge together.
-    Count { cast_on: 8 * wedge, worked: 8 * wedge * rounds + crown + 8, drawn: 8, yarns: 1, ..Count::default() }
+    Count {
+        cast_on: 8 * wedge,
+        worked: 8 * wedge * rounds + crown + 8,
+        drawn: 8,
+        yarns: 1,
+        ..Count::default()
+    }
 }
 
 fn sock(size: Option<&str>, g: Paper) -> Count {
@@ -144,13 +146,7 @@ fn sock(size: Option<&str>, g: Paper) -> Count {
     let up: usize = (middle + 1..heel - 1).sum();
     // The round after it finds the first stitch passed already.
     let rounds = n * (leg + foot + 1) + (n - 1) + (1..=toe).map(|i| 2 * (n - 4 * i)).sum::<usize>();
-    Count {
-        cast_on: n,
-        worked: rounds + down + up,
-        grafted: heel - 2 * toe,
-        yarns: 1,
-        ..Count::default()
-    }
+    Count { cast_on: n, worked: rounds + down + up, grafted: heel - 2 * toe, yarns: 1, ..Count::default() }
 }
 
 fn mitten(size: Option<&str>, g: Paper) -> Count {
@@ -169,7 +165,13 @@ fn mitten(size: Option<&str>, g: Paper) -> Count {
     // Each round of increases adds two stitches, which the plain rounds after it have too.
     let gusset: usize = (1..=grows).map(|i| (1 + between) * (n + 2 * i)).sum();
     // Two rounds change gusset for gap, and one places a marker.
-    let hand = n * (cuff + 4) + gusset + (n - 1) + n + n * palm + n + (1..=top).map(|i| 2 * (n - 4 * i)).sum::<usize>();
+    let hand = n * (cuff + 4)
+        + gusset
+        + (n - 1)
+        + n
+        + n * palm
+        + n
+        + (1..=top).map(|i| 2 * (n - 4 * i)).sum::<usize>();
     let (waits, around) = (2 * grows + 1, 2 * grows + 4);
     Count {
         cast_on: n + 3 + 3,

@@ -39,7 +39,8 @@ fn from_text(text: &str, settings: &Settings) -> knotmesh::Result<Knitted> {
 /// How many yarns there are once strands are chained across faces: one more for each place where a loop is not held.
 fn yarns(knitted: &Knitted) -> usize {
     let library = TemplateLibrary::embedded();
-    let scene = Scene::compile(&knitted.mesh, &library, SceneOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let scene =
+        Scene::compile(&knitted.mesh, &library, SceneOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     assert!(!scene.yarns.closed.contains(&true), "no yarn is a ring");
     scene.yarns.len()
 }

@@ -97,7 +97,16 @@ fn tubes_face_away_from_their_axis() {
 /// Seen red with wrong-side rows laid from right to left.
 #[test]
 fn flat_pieces_face_forward() {
-    for name in ["stockinette", "garter", "rib-1x1", "feather-and-fan", "flame-chevron", "openwork-lace", "tuck", "slip-stitch"] {
+    for name in [
+        "stockinette",
+        "garter",
+        "rib-1x1",
+        "feather-and-fan",
+        "flame-chevron",
+        "openwork-lace",
+        "tuck",
+        "slip-stitch",
+    ] {
         let mesh = from_stitches(name, &Settings::default()).mesh;
         let turned = (0..mesh.face_count()).filter(|f| normal(&mesh, *f).z <= 0.0).count();
         assert_eq!(turned, 0, "{name}");

@@ -126,8 +126,15 @@ impl Writer {
                     row.stitch("*p; rep from * to last 3 sts".replace("*p;", "*p1;"), n, n);
                     self.count.worked += n;
                 }
-                _ if takes <= row.left && (!shrinks || row.left + row.made >= least + takes) && row.made + row.left < 60 => {
-                    row.stitch(if takes == 1 && makes == 1 { format!("{name}1") } else { name.into() }, takes, makes);
+                _ if takes <= row.left
+                    && (!shrinks || row.left + row.made >= least + takes)
+                    && row.made + row.left < 60 =>
+                {
+                    row.stitch(
+                        if takes == 1 && makes == 1 { format!("{name}1") } else { name.into() },
+                        takes,
+                        makes,
+                    );
                     self.count.worked += makes;
                 }
                 _ => {
@@ -179,7 +186,8 @@ impl Writer {
         let n = self.n;
         self.write_row(&format!("k{at}, pm, k"), n);
         let before = if self.right_side { at } else { n - at };
-        let (take, give) = if before >= 4 && n > 10 { ("k to 2 before m, k2tog, sm", 1) } else { ("k to m, sm", 0) };
+        let (take, give) =
+            if before >= 4 && n > 10 { ("k to 2 before m, k2tog, sm", 1) } else { ("k to m, sm", 0) };
         self.write_row(&format!("{take}, k"), n - give);
         self.write_row("p to m, rm, p", n - give);
         self.count.worked += 3 * n - 2 * give;
@@ -198,7 +206,8 @@ impl Writer {
             return;
         }
         let (part, rest) = (self.n / 2, self.n - self.n / 2);
-        write!(self.text, "cut\nhold {part} as part\nRow: k\nRow: p\nbo\npiece part flat\nfrom part\n").unwrap();
+        write!(self.text, "cut\nhold {part} as part\nRow: k\nRow: p\nbo\npiece part flat\nfrom part\n")
+            .unwrap();
         write!(self.text, "Row (RS): k   ({part} sts)\n").unwrap();
         self.count.worked += 2 * rest + part;
         self.count.bound_off += rest;
@@ -248,7 +257,8 @@ fn pattern(seed: u64) -> (String, Count) {
 fn random_patterns_come_out_as_counted() {
     for seed in 0..600 {
         let (text, expected) = pattern(seed);
-        let knitted = from_text(&text, &settings(Some((20.0, 30.0)), None)).unwrap_or_else(|e| panic!("{seed}: {e}\n{text}"));
+        let knitted = from_text(&text, &settings(Some((20.0, 30.0)), None))
+            .unwrap_or_else(|e| panic!("{seed}: {e}\n{text}"));
         let made = knitted.made;
         let found = Count {
             cast_on: made.cast_on,
