@@ -88,7 +88,7 @@ fn what_is_wrong_is_one_line() {
     let cases: &[(&[&str], &str)] = &[
         (
             &["knit", "bad.knit", "-o", "x.smobj"],
-            "knotmesh: bad.knit:2:19: found a stitch that uses 1 where 0 are left, expected as many stitches as the row before made",
+            "knotmesh: bad.knit:2:19: found a stitch that uses 1, with 0 left, expected as many stitches as the row before made",
         ),
         (
             &["knit", "bytes.knit", "-o", "x.smobj"],

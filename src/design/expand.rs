@@ -238,17 +238,29 @@ impl Row<'_> {
         let end = |row: &Self| row.until(times, place);
         // Markers that are on the way do not change what is left behind them.
         let stop = self.left() - end(self)?;
+        let first = self.left() - stop;
+        let mut used = 0;
         loop {
             let before = self.left();
-            self.items(items)?;
+            let worked = self.items(items);
             let after = self.left();
+            // The last repeat lacks stitches: that is said of the whole, not of the stitch that found none.
+            if worked.is_err() && before < first + stop && before - stop < used {
+                return Err(Problem::new(
+                    place,
+                    format_args!("{first} stitches, and a repeat of {used}"),
+                    "repeats that come out even",
+                ));
+            }
+            worked?;
+            used = before.saturating_sub(after);
             if after == before && after > stop {
                 return Err(Problem::new(place, "a repeat that uses no stitch", "one that comes to an end"));
             }
             if after < stop {
                 return Err(Problem::new(
                     place,
-                    format_args!("{} stitches, and a repeat of {}", before - stop, before - after),
+                    format_args!("{first} stitches, and a repeat of {}", before - after),
                     "repeats that come out even",
                 ));
             }
@@ -311,7 +323,7 @@ impl Row<'_> {
         if left < n {
             return Err(Problem::new(
                 place,
-                format_args!("{what} that uses {n} where {left} are left"),
+                format_args!("{what} that uses {n}, with {left} left"),
                 "as many stitches as the row before made",
             ));
         }

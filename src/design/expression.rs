@@ -123,11 +123,11 @@ impl Expression {
             Expression::Number(x) => Ok(*x),
             Expression::Name(name, place) => names.get(name).copied().ok_or_else(|| {
                 let known: Vec<&str> = names.keys().map(String::as_str).collect();
-                let expected = if known.is_empty() { "a number".into() } else { known.join(", ") };
+                let known = if known.is_empty() { "there are none".into() } else { known.join(", ") };
                 Problem::new(
                     *place,
                     format_args!("the unknown name '{name}'"),
-                    format_args!("one of: {expected}"),
+                    format_args!("a number or the name of one ({known})"),
                 )
             }),
             Expression::Negative(of) => Ok(-of.value(names, gauge)?),
@@ -151,12 +151,12 @@ impl Expression {
                     Function::Rows => x[0] / gauge.height,
                     Function::Width => x[0] * gauge.width,
                     Function::Height => x[0] * gauge.height,
-                    Function::Round => x[0].round(),
+                    Function::Round => nearest(x[0]),
                     Function::Floor => (x[0] + 1e-9).floor(),
                     Function::Ceil => (x[0] - 1e-9).ceil(),
                     Function::Multiple => {
                         let plus = x.get(2).copied().unwrap_or(0.0);
-                        ((x[0] - plus) / x[1]).round() * x[1] + plus
+                        nearest((x[0] - plus) / x[1]) * x[1] + plus
                     }
                     Function::Min => x[0].min(x[1]),
                     Function::Max => x[0].max(x[1]),
@@ -166,6 +166,11 @@ impl Expression {
             }
         }
     }
+}
+
+/// The nearest whole number. Halves go up, those too that fell short by rounding: 58 cm at 20 stitches are 116.
+fn nearest(x: f64) -> f64 {
+    (x + 1e-9).round()
 }
 
 fn finite(x: f64, place: Place, what: impl std::fmt::Display) -> Result<f64, Problem> {

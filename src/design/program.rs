@@ -470,8 +470,8 @@ impl Program<'_> {
         {
             return Err(Problem::new(
                 place,
-                format_args!("a {} row", side(wanted)),
-                format_args!("a {} row now", side(right_side)),
+                format_args!("({})", side(wanted)),
+                format_args!("({}), the side that faces you now", side(right_side)),
             )
             .into());
         }
@@ -523,7 +523,7 @@ impl Program<'_> {
                 wanted.checked_sub(self.section.last).ok_or_else(|| {
                     Problem::new(
                         place,
-                        format_args!("{} rows already", self.section.last),
+                        format_args!("row {} worked already", self.section.last),
                         format_args!("at most {wanted}"),
                     )
                 })?

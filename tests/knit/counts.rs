@@ -29,11 +29,11 @@ impl Paper {
 }
 
 fn near(x: f64) -> usize {
-    x.round() as usize
+    (x + 1e-9).round() as usize
 }
 
 fn multiple(x: f64, of: usize, plus: usize) -> usize {
-    ((x - plus as f64) / of as f64).round() as usize * of + plus
+    near((x - plus as f64) / of as f64) * of + plus
 }
 
 /// A flat piece of so many stitches and rows.

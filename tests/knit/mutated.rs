@@ -6,6 +6,23 @@ use fastrand::Rng;
 use knotmesh::design::Settings;
 use std::time::{Duration, Instant};
 
+/// To stand where others stood.
+const NUMBERS: &[&str] = &[
+    "0",
+    "1 ",
+    "7 ",
+    "40 ",
+    "99999 ",
+    "10000000 ",
+    "1000000000 ",
+    "18446744073709551616 ",
+    "1e400 ",
+    "0.5 ",
+    "-1 ",
+    "{1/0}",
+    "{0/0}",
+];
+
 const SLOWEST: Duration = Duration::from_secs(5);
 
 fn texts() -> Vec<String> {
@@ -65,31 +82,24 @@ fn changed_words() {
     // All words there are, for any to stand in any place.
     let mut words: Vec<&str> =
         texts.iter().flat_map(|t| t.split_inclusive([' ', '\n', ',', '{', '}', '(', ')'])).collect();
-    words.extend([
-        "0",
-        "1 ",
-        "99999 ",
-        "10000000 ",
-        "1000000000 ",
-        "18446744073709551616 ",
-        "1e400 ",
-        "0.5 ",
-        "-1 ",
-        "{1/0}",
-        "{0/0}",
-    ]);
+    words.extend(NUMBERS);
     for _ in 0..3000 {
         let text = &texts[rng.usize(0..texts.len())];
         let mut text: Vec<&str> = text.split_inclusive([' ', '\n', ',', '{', '}', '(', ')']).collect();
         for _ in 0..rng.usize(1..4) {
             let (at, other) = (rng.usize(0..text.len()), rng.usize(0..text.len()));
-            match rng.usize(0..4) {
+            match rng.usize(0..6) {
                 0 => text.swap(at, other),
                 1 => {
                     text.remove(at);
                 }
                 2 => text.insert(at, text[other]),
-                _ => text[at] = words[rng.usize(0..words.len())],
+                3 => text[at] = words[rng.usize(0..words.len())],
+                // Another number.
+                _ => {
+                    let at = (at..text.len()).find(|k| text[*k].starts_with(|c: char| c.is_ascii_digit()));
+                    text[at.unwrap_or(0)] = NUMBERS[rng.usize(0..NUMBERS.len())];
+                }
             }
         }
         work(&text.concat());

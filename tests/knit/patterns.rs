@@ -71,7 +71,7 @@ fn every_pattern_is_counted() {
     assert_eq!(found, known);
 }
 
-/// By hand from the patterns' text at their own gauges. Seen red with the sweater's neck a decrease round short.
+/// By hand from the patterns' text at their own gauges. Seen red with the plain round between the decreases of the hat left out.
 #[test]
 fn totals_by_hand() {
     for (name, total) in [

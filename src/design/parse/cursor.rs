@@ -246,8 +246,8 @@ impl<'a> Cursor<'a> {
             let wanted = if least == most { format!("{least}") } else { format!("{least} or {most}") };
             return Err(self.error_at(
                 place,
-                format_args!("{} arguments of '{name}'", arguments.len()),
-                wanted,
+                format_args!("'{name}' of {} numbers", arguments.len()),
+                format_args!("{wanted} numbers"),
             ));
         }
         Ok(Expression::Call(function, arguments, place))

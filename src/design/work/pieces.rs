@@ -255,10 +255,11 @@ impl Knitter {
     pub fn pick_up(&mut self, name: &str, side: Edge, piece: &str, place: Place) -> Result<(), Problem> {
         let Some(number) = self.fabric.pieces.iter().position(|p| p.name == piece) else {
             let known: Vec<&str> = self.fabric.pieces.iter().map(|p| p.name.as_str()).collect();
+            let known = if known.is_empty() { "there are none".into() } else { known.join(", ") };
             return Err(Problem::new(
                 place,
                 format_args!("'{piece}'"),
-                format_args!("one of: {}", known.join(", ")),
+                format_args!("the name of a piece ({known})"),
             ));
         };
         let (old, key, out) = match side {
@@ -279,8 +280,11 @@ impl Knitter {
         if slots.is_empty() {
             return Err(Problem::new(
                 place,
-                format_args!("no free {side:?} edge of '{piece}'"),
-                "a flat piece's edge",
+                format_args!(
+                    "no {} edge of '{piece}' that is free",
+                    if side == Edge::Left { "left" } else { "right" }
+                ),
+                "a flat piece, whose edges can be picked up once",
             ));
         }
         // The right edge is worked from the bottom, the left one from the top.
