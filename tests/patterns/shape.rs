@@ -34,6 +34,10 @@ fn meshes_are_welded() {
         let mut edges: HashMap<[u32; 2], usize> = HashMap::new();
         for face in 0..mesh.face_count() {
             let corners = mesh.face(face.into());
+            // Where a graft closes a ring, its last face has three corners.
+            if mesh.face_type(face.into()).name.starts_with("seam") {
+                continue;
+            }
             for k in 0..corners.len() {
                 let ends = [corners[k].0, corners[(k + 1) % corners.len()].0];
                 assert_ne!(ends[0], ends[1], "{name}: face {face}");
@@ -139,7 +143,10 @@ fn faces_know_their_place() {
     let places = |line: u32| -> Vec<u32> {
         let mesh = &knitted.mesh;
         (0..mesh.face_count())
-            .filter(|f| mesh.face_source[*f] == line && mesh.face_type((*f).into()).name.len() == 5)
+            .filter(|f| {
+                mesh.face_source[*f] == line
+                    && ["knit-", "purl-"].contains(&mesh.face_type((*f).into()).name.as_str())
+            })
             .map(|f| mesh.face_origins[f].column)
             .collect()
     };
