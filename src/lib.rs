@@ -10,6 +10,7 @@ pub mod cloth;
 pub mod curve;
 pub mod database;
 pub mod design;
+pub mod drape;
 pub mod error;
 pub mod ids;
 pub mod io;

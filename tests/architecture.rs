@@ -19,6 +19,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("scene", &["error", "ids", "math", "mesh", "template"]),
     ("knot", &["error", "math", "scene"]),
     ("backend", &["error", "ids", "math", "mesh", "scene", "knot"]),
+    ("drape", &["error", "ids", "math", "mesh", "template", "cloth"]),
     ("database", &["error", "math", "mesh", "pattern", "yarn", "knot", "backend"]),
     ("curve", &["error", "ids", "math", "mesh", "scene", "knot", "backend", "yarn"]),
     (
@@ -34,6 +35,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 const EXCEPTIONS: &[(&str, &[&str])] = &[
     // Result files are written from solved frames.
     ("io/result.rs", &["math", "scene", "backend", "curve"]),
+    // Scenes are read into what `drape` takes.
+    ("io/scene_json.rs", &["drape"]),
+    ("io/scene_json/entries.rs", &["drape"]),
     ("io/fabric_result.rs", &["math", "database", "curve"]),
 ];
 

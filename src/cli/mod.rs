@@ -5,6 +5,7 @@ mod cloth;
 mod convert;
 mod database;
 mod device;
+mod drape;
 mod info;
 mod inputs;
 mod knit;
@@ -45,6 +46,8 @@ enum Command {
     Knit(knit::Arguments),
     /// Relax the yarn of a stitch mesh.
     Relax(Box<relax::Arguments>),
+    /// Step a mesh as cloth through a scene: held and moved borders, colliders, wind.
+    Drape(drape::Arguments),
     /// Relax a stitch mesh to the natural sizes of its stitches.
     RelaxMesh(relax_mesh::Arguments),
     /// Say what is in a mesh, library or curve file; for a mesh also what would go wrong with it.
@@ -104,6 +107,7 @@ pub fn run() -> ExitCode {
     let result: Result<Ending> = match cli.command {
         Command::Knit(arguments) => knit::run(&arguments, console),
         Command::Relax(arguments) => relax::run(&arguments, console),
+        Command::Drape(arguments) => drape::run(&arguments, console),
         Command::RelaxMesh(arguments) => relax_mesh::run(&arguments, console),
         Command::Info(arguments) => info::run(&arguments).map(|()| Ending::Done),
         Command::Templates(arguments) => templates::run(&arguments).map(|()| Ending::Done),

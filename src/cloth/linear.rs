@@ -1,7 +1,10 @@
-//! The linear system of a Newton step: the energy's second derivatives made positive, times a vector, and conjugate gradients.
+//! The linear system of a Newton step: the energy's second derivatives times a vector, and conjugate gradients.
 
 use super::Cloth;
 use glam::{DMat3, DVec3};
+
+/// What the preconditioner's diagonal has at least, of the stiffest spring's stiffness.
+const SOFTEST: f64 = 1e-4;
 
 /// Workspaces of conjugate gradients, and the matrix in pieces.
 pub(super) struct System {
@@ -9,7 +12,7 @@ pub(super) struct System {
     springs: Vec<(DVec3, f64)>,
     /// `[node]` inverse of the matrix's diagonal block.
     inverse: Vec<DMat3>,
-    shift: f64,
+    stiffest: f64,
     residual: Vec<DVec3>,
     direction: Vec<DVec3>,
     product: Vec<DVec3>,
@@ -18,19 +21,20 @@ pub(super) struct System {
 impl System {
     pub fn new(cloth: &Cloth) -> Self {
         let nodes = vec![DVec3::ZERO; cloth.node_count()];
+        let stiffest = cloth.springs.iter().map(|s| s.stiffness).fold(0.0, f64::max);
         Self {
+            stiffest,
             springs: Vec::with_capacity(cloth.springs.len()),
             inverse: Vec::with_capacity(nodes.len()),
-            shift: 0.0,
             residual: nodes.clone(),
             direction: nodes.clone(),
             product: nodes,
         }
     }
 
-    /// The matrix at positions, plus `shift` (N/m) on its diagonal; `exact` with what is negative.
-    pub fn set(&mut self, cloth: &Cloth, x: &[DVec3], shift: f64, exact: bool) {
-        self.shift = shift;
+    /// The matrix at positions; `exact` with what is negative.
+    pub fn set(&mut self, cloth: &Cloth, x: &[DVec3], exact: bool) {
+        let shift = SOFTEST * self.stiffest;
         self.springs.clear();
         self.springs.extend(cloth.springs.iter().map(|s| {
             let [a, b] = s.nodes.map(|n| x[n as usize]);
@@ -63,10 +67,8 @@ impl System {
 
     /// The matrix times `direction`, into `product`.
     fn multiply(&mut self, cloth: &Cloth) {
-        let (p, springs, shift) = (&self.direction, &self.springs, self.shift);
-        for (out, p) in self.product.iter_mut().zip(p) {
-            *out = *p * shift;
-        }
+        let (p, springs) = (&self.direction, &self.springs);
+        self.product.fill(DVec3::ZERO);
         cloth.scatter(
             &mut self.product,
             |i, s| {
@@ -78,61 +80,86 @@ impl System {
         );
     }
 
-    /// Solves for `step` by preconditioned conjugate gradients until the residual has shrunk to a share `tolerance` of
-    /// `forces`, for `most` rounds, or until a direction comes up along which the matrix is not positive, so that steps go
-    /// downhill in any case; returns the rounds. `keep` leaves of a vector what may move.
+    /// The step that lessens the model `-forces s + s H s / 2` most within `radius` of the preconditioner's norm, by conjugate
+    /// gradients (Steihaug 1983): until the residual has shrunk to a share `tolerance` of `forces`, for `most` rounds, or until the
+    /// radius is reached, as it is along directions in which the matrix is not positive. `keep` leaves of a vector what may
+    /// move. Without a radius, the first step is as long as the preconditioner says.
     pub fn solve(
         &mut self,
         cloth: &Cloth,
         forces: &[DVec3],
         step: &mut [DVec3],
-        tolerance: f64,
-        most: usize,
+        (tolerance, most, radius): (f64, usize, Option<f64>),
         keep: &impl Fn(&mut [DVec3]),
-    ) -> usize {
+    ) -> Solved {
         step.fill(DVec3::ZERO);
         self.residual.copy_from_slice(forces);
         let target = tolerance * dot(forces, forces).sqrt();
-        let mut before = 0.0;
-        for round in 0..most {
-            for ((z, m), r) in self.product.iter_mut().zip(&self.inverse).zip(&self.residual) {
-                *z = *m * *r;
-            }
-            keep(&mut self.product);
-            let rho = dot(&self.residual, &self.product);
-            if rho.is_nan() || rho <= 0.0 {
-                return round;
-            }
-            let beta = if round == 0 { 0.0 } else { rho / before };
-            before = rho;
-            for (p, z) in self.direction.iter_mut().zip(&self.product) {
-                *p = *z + *p * beta;
-            }
-            if round == 0 {
-                self.direction.copy_from_slice(&self.product);
-            }
+        let mut rho = self.precondition(keep);
+        self.direction.copy_from_slice(&self.product);
+        let radius = radius.unwrap_or_else(|| rho.sqrt());
+        let mut solved = Solved { radius, ..Solved::default() };
+        // Products in the preconditioner's norm: of the step, of it with the direction, of the direction.
+        let (mut ss, mut sp, mut pp) = (0.0, 0.0, rho);
+        while solved.rounds < most && rho > 0.0 && rho.is_finite() {
+            solved.rounds += 1;
             self.multiply(cloth);
             keep(&mut self.product);
             let curvature = dot(&self.direction, &self.product);
-            if curvature.is_nan() || curvature <= 0.0 {
-                if round == 0 {
-                    step.copy_from_slice(&self.direction);
-                }
-                return round + 1;
-            }
             let alpha = rho / curvature;
+            let further: f64 = ss + 2.0 * alpha * sp + alpha * alpha * pp;
+            if curvature.is_nan() || curvature <= 0.0 || further >= radius * radius {
+                let room = (radius * radius - ss).max(0.0);
+                let tau = room / (sp + (sp * sp + pp * room).sqrt());
+                step.iter_mut().zip(&self.direction).for_each(|(x, p)| *x += *p * tau);
+                solved.predicted += tau * rho - 0.5 * tau * tau * curvature;
+                solved.bounded = true;
+                break;
+            }
             for (((x, r), p), q) in
                 step.iter_mut().zip(&mut self.residual).zip(&self.direction).zip(&self.product)
             {
                 *x += *p * alpha;
                 *r -= *q * alpha;
             }
+            solved.predicted += 0.5 * alpha * rho;
+            ss = further;
             if dot(&self.residual, &self.residual).sqrt() <= target {
-                return round + 1;
+                break;
+            }
+            let before = rho;
+            rho = self.precondition(keep);
+            let beta = rho / before;
+            sp = beta * (sp + alpha * pp);
+            pp = rho + beta * beta * pp;
+            for (p, z) in self.direction.iter_mut().zip(&self.product) {
+                *p = *z + *p * beta;
             }
         }
-        most
+        solved
     }
+
+    /// The preconditioned residual, into `product`, and its product with the residual.
+    fn precondition(&mut self, keep: &impl Fn(&mut [DVec3])) -> f64 {
+        for ((z, m), r) in self.product.iter_mut().zip(&self.inverse).zip(&self.residual) {
+            *z = *m * *r;
+        }
+        keep(&mut self.product);
+        dot(&self.residual, &self.product)
+    }
+}
+
+/// How a system was solved.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Solved {
+    /// Rounds of conjugate gradients.
+    pub rounds: usize,
+    /// By what the model is lessened, J.
+    pub predicted: f64,
+    /// The radius.
+    pub radius: f64,
+    /// Whether the step goes as far as that.
+    pub bounded: bool,
 }
 
 /// Sums in order: the same on any number of threads.

@@ -6,8 +6,7 @@
 //! [`Cloth::node_of_vertex`].
 //!
 //! The energies are those of Yuksel et al. 2012 (mesh-based relaxation) and Huang et al. 2025 (section 5.1): course and wale
-//! edges towards their natural lengths, diagonals of faces against shear, and bending. [`natural`] says how long, [`assemble`]
-//! makes springs of it.
+//! edges towards their natural lengths, diagonals of faces against shear, and bending. [`natural`] says how long.
 
 mod assemble;
 mod dissect;

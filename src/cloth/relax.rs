@@ -1,10 +1,10 @@
 //! Quasi-static relaxation: the shape of least energy that is downhill from a start.
 //!
-//! Newton steps whose matrix leaves out what is negative (springs under compression) until the end is near, solved by conjugate
-//! gradients that stop where it is not positive, damped by a
-//! multiple of the identity that shrinks while steps succeed, with a line search: the energy never rises, however rough the
-//! start. First the start is scaled to the best size, which has a closed form. All of it turns with the start: a turned start
-//! gives the turned result but for rounding.
+//! Newton's method in a region of trust (Steihaug 1983): steps are as long as the quadratic model has proved right, and go that far
+//! along directions in which the energy curves down, where fabric buckles. Far from the end the matrix leaves out what is
+//! negative (springs under compression). A step that does not lower the energy is not taken, however rough the start. First the
+//! start is scaled to the best size, which has a closed form. All of it turns with the start: a turned start gives the turned
+//! result but for rounding.
 
 use super::linear::{System, dot};
 use super::{Cloth, assemble};
@@ -34,8 +34,8 @@ impl Default for RelaxOptions {
     fn default() -> Self {
         Self {
             residual: 1e-4,
-            iterations: 500,
-            rounds: 20_000,
+            iterations: 3000,
+            rounds: 60_000,
             held: Vec::new(),
             acceleration: DVec3::ZERO,
             rescale: true,
@@ -185,10 +185,9 @@ impl<'a> Problem<'a> {
         let n = x.len();
         let mut system = System::new(cloth);
         let [mut forces, mut step, mut trial] = [(); 3].map(|()| vec![DVec3::ZERO; n]);
-        let stiffest = cloth.springs.iter().map(|s| s.stiffness).fold(0.0, f64::max);
-        let mut shift = 1e-3 * stiffest;
         let mut energy = self.energy(x);
-        let mut coarse = false;
+        let mut radius = None;
+        let mut moved = true;
         loop {
             self.forces(x, &mut forces);
             let greatest = forces.iter().map(|f| f.length()).fold(0.0, f64::max);
@@ -199,40 +198,33 @@ impl<'a> Problem<'a> {
             if report.converged || spent || !energy.is_finite() {
                 return;
             }
-            // Far from the end what is negative only misleads; near it, steps without it would creep.
-            let exact = report.residual < 1e-2 && !coarse;
-            system.set(cloth, x, shift, exact);
+            if moved {
+                // Far from the end what is negative only misleads; near it, steps without it would creep.
+                system.set(cloth, x, report.residual < 0.1);
+            }
             // As exact as it pays: the nearer the end, the more.
             let tolerance = report.residual.sqrt().clamp(1e-3, 0.1);
             let most = (options.rounds - report.rounds).min(400);
-            report.rounds += system.solve(cloth, &forces, &mut step, tolerance, most, &|v| self.keep(v));
+            let solved =
+                system.solve(cloth, &forces, &mut step, (tolerance, most, radius), &|v| self.keep(v));
+            report.rounds += solved.rounds;
             report.iterations += 1;
-            let slope = dot(&forces, &step);
-            let mut share = 1.0;
-            let mut done = false;
-            for _ in 0..40 {
-                trial.iter_mut().zip(x.iter()).zip(&step).for_each(|((t, x), p)| *t = *x + *p * share);
-                let there = self.energy(&trial);
-                // Armijo's condition; near the end differences drown in rounding, and any step that does not rise counts.
-                if there <= energy - 1e-4 * share * slope || (there <= energy && slope <= 1e-9 * energy.abs())
-                {
-                    x.copy_from_slice(&trial);
-                    energy = there;
-                    done = true;
-                    break;
-                }
-                share *= 0.5;
-            }
-            // After a bad step one without.
-            coarse = exact && share < 0.25;
-            shift = match share {
-                _ if !done => shift * 16.0,
-                1.0 => shift / 8.0,
-                s if s >= 0.25 => shift,
-                _ => shift * 4.0,
-            }
-            .clamp(1e-9 * stiffest, 1e6 * stiffest);
-            if !done && shift >= 1e6 * stiffest {
+            trial.iter_mut().zip(x.iter()).zip(&step).for_each(|((t, x), p)| *t = *x + *p);
+            let there = self.energy(&trial);
+            let ratio = (energy - there) / solved.predicted;
+            // Near the end differences drown in rounding, and any step that does not rise counts.
+            let blind = solved.predicted <= 1e-12 * energy.abs();
+            moved = there <= energy && (ratio > 1e-4 || blind);
+            let next = match ratio {
+                r if moved && (r > 0.75 || blind) && solved.bounded => 2.0 * solved.radius,
+                r if r < 0.25 || !moved => 0.25 * solved.radius,
+                _ => solved.radius,
+            };
+            radius = Some(next);
+            if moved {
+                x.copy_from_slice(&trial);
+                energy = there;
+            } else if blind || next < 1e-30 || next.is_nan() {
                 return;
             }
         }

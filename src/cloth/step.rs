@@ -1,4 +1,4 @@
-//! Motion: small implicit steps ([`super::implicit`]), watched and cut where they go wrong.
+//! Motion: small implicit steps by projective dynamics, watched and cut where they go wrong.
 //!
 //! `docs/cloth.md` has what this was chosen over, and by what figures.
 

@@ -154,7 +154,6 @@ impl Row<'_> {
                     Some(n) => self.context.count(n, place)?,
                     None => self.left(),
                 };
-                self.skip_markers();
                 for _ in 0..n {
                     self.take(1, "hold", place)?;
                 }
@@ -177,7 +176,12 @@ impl Row<'_> {
                         "each held stitch once",
                     ));
                 }
-                self.ahead.splice(self.at..self.at, held.slots.iter().cloned());
+                // Held in the order of right-side rows.
+                let mut slots = held.slots.clone();
+                if !self.context.right_side {
+                    slots.reverse();
+                }
+                self.ahead.splice(self.at..self.at, slots);
                 self.push(Step::From(name.clone()), place)
             }
             ItemKind::With(name) => {
@@ -222,7 +226,14 @@ impl Row<'_> {
 
     fn star(&mut self, items: &[Item], times: &Times, place: Place) -> Result<(), Problem> {
         if let Times::More(n) = times {
-            return (0..self.context.count(n, place)? + 1).try_for_each(|_| self.items(items));
+            for _ in 0..=self.context.count(n, place)? {
+                let before = self.steps.len();
+                self.items(items)?;
+                if self.steps.len() == before {
+                    break;
+                }
+            }
+            return Ok(());
         }
         let end = |row: &Self| row.until(times, place);
         // Markers that are on the way do not change what is left behind them.

@@ -1,7 +1,7 @@
 //! From what knitters write to a stitch mesh: patterns of rows and rounds, charts, garments.
 //!
-//! Data flows one way: text -> tokens -> statements ([`syntax`]) -> rows written out stitch by stitch ([`expand`]) ->
-//! faces and joins ([`work`], [`fabric`]) -> places ([`place`]) -> [`StitchMesh`]. Faces are those of Yuksel et al. 2012,
+//! Data flows one way: text -> tokens -> statements ([`syntax`]) -> rows written out stitch by stitch (`expand`) ->
+//! faces and joins (`work`, [`fabric`]) -> places (`place`) -> [`StitchMesh`]. Faces are those of Yuksel et al. 2012,
 //! *Stitch Meshes for Modeling Knitted Clothing with Yarn-level Detail*: quads, pentagons where stitches are made or
 //! taken together, triangles where yarn begins, ends or is bare.
 

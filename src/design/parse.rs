@@ -118,7 +118,10 @@ fn statement(c: &mut Cursor, place: Place, depth: usize) -> Result<StatementKind
             if word == "short" && !(c.keyword("row") || c.keyword("rows")) {
                 return Err(c.error("'row'"));
             }
-            StatementKind::Row(row_statement(c, word.starts_with("rnd") || word.starts_with("round"))?)
+            StatementKind::Row(Box::new(row_statement(
+                c,
+                word.starts_with("rnd") || word.starts_with("round"),
+            )?))
         }
         "rep" | "repeat" => StatementKind::Repeat(repeat(c)?),
         "for" => return for_statement(c, place, depth),
@@ -202,7 +205,7 @@ fn piece(c: &mut Cursor) -> Result<StatementKind> {
         c.expect(')')?;
         *slot = Some([x, y, z]);
     }
-    Ok(StatementKind::Piece(piece))
+    Ok(StatementKind::Piece(Box::new(piece)))
 }
 
 fn row_statement(c: &mut Cursor, round: bool) -> Result<Row> {

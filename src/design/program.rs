@@ -9,6 +9,7 @@ use super::token::Place;
 use super::work::Knitter;
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 /// Rows and statements at most: more is a mistake.
 const MOST_STATEMENTS: usize = 2_000_000;
@@ -74,6 +75,7 @@ pub fn work(statements: &[Statement], settings: &Settings, files: &dyn Files) ->
         title: None,
         size: None,
         sizes: sizes(statements),
+        sizes_seen: BTreeSet::new(),
         colours: BTreeMap::new(),
         charts: BTreeMap::new(),
         knitter: Knitter::new(settings.most_faces),
@@ -121,11 +123,14 @@ fn sizes(statements: &[Statement]) -> BTreeSet<String> {
     statements.iter().filter_map(name).collect()
 }
 
+/// A row, where it stands, and the first number of its statement.
+type Numbered = (Rc<Row>, Place, usize);
+
 /// Rows that belong together by their numbers.
 #[derive(Default)]
 struct Section {
     /// Rows by number; `Some` is worked already.
-    rows: BTreeMap<usize, (Row, Place)>,
+    rows: BTreeMap<usize, Numbered>,
     /// Rows yet to be worked, by number.
     waiting: BTreeSet<usize>,
     /// Number of the last row worked.
@@ -140,6 +145,7 @@ struct Program<'a> {
     title: Option<String>,
     size: Option<String>,
     sizes: BTreeSet<String>,
+    sizes_seen: BTreeSet<String>,
     colours: BTreeMap<String, u16>,
     charts: BTreeMap<String, Chart>,
     knitter: Knitter,
@@ -218,6 +224,11 @@ impl Program<'_> {
                 self.names.insert(name.clone(), value);
             }
             StatementKind::Size(name, lets) => {
+                if !self.sizes_seen.insert(name.clone()) {
+                    return Err(
+                        Problem::new(place, format_args!("a second size '{name}'"), "another name").into()
+                    );
+                }
                 let wanted = self.settings.size.as_ref().map_or(self.size.is_none(), |size| size == name);
                 if wanted {
                     self.size = Some(name.clone());
@@ -354,7 +365,8 @@ impl Program<'_> {
         for (first, last) in &row.numbers {
             let first = self.count(first, place)?;
             let last = last.as_ref().map_or(Ok(first), |l| self.count(l, place))?;
-            if first == 0 || last.saturating_sub(first) >= MOST_STATEMENTS {
+            // None at all, as in 1-0, may come of what was worked out.
+            if first == 0 || last + 1 < first || numbers.len() + (last + 1 - first) > MOST_STATEMENTS {
                 return Err(Problem::new(
                     place,
                     format_args!("rows {first} to {last}"),
@@ -368,8 +380,10 @@ impl Program<'_> {
         if begins {
             self.end_section()?;
         }
+        let row = Rc::new(row.clone());
+        let first = numbers.first().copied().unwrap_or(1);
         for number in numbers {
-            if self.section.rows.insert(number, (row.clone(), place)).is_some() {
+            if self.section.rows.insert(number, (row.clone(), place, first)).is_some() {
                 return Err(
                     Problem::new(place, format_args!("row {number} a second time"), "each row once").into()
                 );
@@ -408,7 +422,7 @@ impl Program<'_> {
         let mut wanted = number;
         // Rows may be as others, which may be as others again.
         for _ in 0..64 {
-            let (row, at) = self.section.rows.get(&wanted).cloned().ok_or_else(|| {
+            let (row, at, first) = self.section.rows.get(&wanted).cloned().ok_or_else(|| {
                 Problem::new(place, format_args!("row {wanted}, which is not there"), "a row of this section")
             })?;
             let Content::As(from, to) = &row.content else {
@@ -425,8 +439,7 @@ impl Program<'_> {
                 .into());
             }
             // Counted from the first row of the statement.
-            let first = self.section.rows.iter().filter(|(_, (_, p))| *p == at).map(|(n, _)| *n).min();
-            let next = from + (wanted - first.unwrap_or(wanted)) % (to - from + 1);
+            let next = from + wanted.saturating_sub(first) % (to - from + 1);
             if next == wanted {
                 return Err(Problem::new(at, format_args!("row {wanted} as itself"), "another row").into());
             }
@@ -526,8 +539,10 @@ impl Program<'_> {
 
 fn colour_number(colours: &mut Vec<[u8; 3]>, rgb: [u8; 3]) -> u16 {
     let known = colours.iter().position(|c| *c == rgb);
-    known.unwrap_or_else(|| {
+    let number = known.unwrap_or_else(|| {
         colours.push(rgb);
         colours.len() - 1
-    }) as u16
+    });
+    // Nobody knits in 65,536 colours: further ones look like the last.
+    number.min(usize::from(u16::MAX)) as u16
 }

@@ -29,11 +29,11 @@ pub enum StatementKind {
     /// `chart NAME "file"`
     Chart(String, String),
     /// `piece NAME flat` or `piece NAME round`, and where it lies.
-    Piece(Piece),
+    Piece(Box<Piece>),
     /// `co N`: a cast-on, or more of it.
     CastOn(Expression),
     /// `Row 1 (RS): ...`
-    Row(Row),
+    Row(Box<Row>),
     /// `rep rows 1-4 6 more times`
     Repeat(Repeat),
     /// `for i = 1 to n` ... `end`

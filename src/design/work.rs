@@ -207,7 +207,7 @@ impl Knitter {
             Step::Work(stitch, colour) => {
                 let before = self.colour;
                 self.colour = colour.unwrap_or(before);
-                let used = self.work(*stitch, next, place);
+                let used = self.work(*stitch, *colour, next, place);
                 self.colour = before;
                 used
             }
@@ -246,8 +246,11 @@ impl Knitter {
                 Ok(1)
             }
             Step::From(name) => {
-                let held = self.held.remove(name).unwrap_or_default();
-                self.needles.left.extend(held.slots.into_iter().rev());
+                let mut slots = self.held.remove(name).unwrap_or_default().slots;
+                if self.right_side {
+                    slots.reverse();
+                }
+                self.needles.left.extend(slots);
                 Ok(1)
             }
             Step::With(colour) => {
@@ -296,7 +299,13 @@ impl Knitter {
         }
     }
 
-    fn work(&mut self, stitch: Stitch, next: Option<&Step>, place: Place) -> Result<usize, Problem> {
+    fn work(
+        &mut self,
+        stitch: Stitch,
+        colour: Option<u16>,
+        next: Option<&Step>,
+        place: Place,
+    ) -> Result<usize, Problem> {
         let rs = self.right_side;
         let plain = |s: Stitch| matches!(s, Stitch::Knit | Stitch::Purl);
         let chain = self.tip.is_some_and(|t| t.chain);
@@ -304,7 +313,7 @@ impl Knitter {
             self.no_chain(place)?;
         }
         let following = match next {
-            Some(Step::Work(s, None)) => Some(*s),
+            Some(Step::Work(s, c)) if *c == colour => Some(*s),
             _ => None,
         };
         let single = matches!(self.needles.left.last(), Some(Slot::Loop(Loop { layers: Layers::One, .. })));

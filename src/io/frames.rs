@@ -5,8 +5,10 @@
 mod npy;
 mod order;
 mod range;
+mod write;
 
 pub use range::frame_range;
+pub use write::FramesWriter;
 
 use super::obj_mesh;
 use super::text::read_bytes;

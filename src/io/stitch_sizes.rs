@@ -6,7 +6,7 @@
 //!
 //! A factor that is not given is 1. Names are those of stitch types, without labels.
 
-use super::template_json::explain;
+use super::json::explain;
 use super::text::line_and_column;
 use crate::{Error, Result};
 use serde::Deserialize;
@@ -96,7 +96,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<StitchSizes> {
         let what = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
         let (found, expected) = match what.split_once(", expected ") {
             Some((found, expected)) if e.is_data() => (found.to_string(), expected.to_string()),
-            _ => explain(&e, next, "stitch sizes as JSON"),
+            _ => explain(&e, next, "stitch sizes"),
         };
         Error::input(path, line, column, found, expected)
     })?;

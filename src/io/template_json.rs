@@ -3,6 +3,7 @@
 //! A file holds one template or a list. Points are `{"edge", "along", "z"}`, `{"knot", "contact", "z"}`,
 //! `{"knot", "control", "z"}` or `{"at": [u, v], "z"}`; a template may instead `derive` from another.
 
+use crate::io::json::explain;
 use crate::io::text::line_and_column;
 use crate::template::derive::Operation;
 use crate::template::{Knot, Place, Strand, Template, TemplatePoint};
@@ -110,7 +111,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Entry>> {
         let line = line + e.line().max(1) - 1;
         let next =
             text.lines().nth(line - 1).and_then(|l| l.get(column - 1..)).and_then(|l| l.chars().next());
-        let (found, expected) = explain(&e, next, "a template as JSON");
+        let (found, expected) = explain(&e, next, "a template");
         Error::input(path, line, column, found, expected)
     };
     let raw: Vec<&RawValue> = if text.trim_start().starts_with('[') {
@@ -129,22 +130,6 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Entry>> {
             Ok(Entry { place, kind })
         })
         .collect()
-}
-
-/// A JSON error as what was found and what was expected (`whole`, where it does not say); `next` is the character at its
-/// place.
-pub(super) fn explain(error: &serde_json::Error, next: Option<char>, whole: &str) -> (String, String) {
-    let message = error.to_string();
-    let what = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
-    if let Some(part) = what.strip_prefix("EOF while parsing ") {
-        return ("the end of the file".into(), format!("the rest of {part}"));
-    }
-    if let Some(expected) = what.strip_prefix("expected ") {
-        return (next.map_or("the end of the line".into(), |c| format!("'{c}'")), expected.into());
-    }
-    let found = what.strip_prefix("invalid type: ").or(what.strip_prefix("invalid value: ")).unwrap_or(what);
-    let (found, expected) = found.rsplit_once(", expected ").unwrap_or((found, whole));
-    (found.into(), expected.into())
 }
 
 fn convert(file: FileTemplate) -> Result<EntryKind, (String, String)> {

@@ -30,7 +30,7 @@ fn standard_symbols() {
     assert_eq!(stitches(r". | - o O / \ ^ A Q M V x X"), expected);
 }
 
-/// Seen red with names not looked up as whole words.
+/// Fault to be seeded (not yet seen red): names not looked up as whole words.
 #[test]
 fn stitches_by_name_and_by_key() {
     assert_eq!(
@@ -41,7 +41,7 @@ fn stitches_by_name_and_by_key() {
     assert_eq!(stitches("/ = p\n7 = tuck\n/77."), [Purl, Tuck, Tuck, Knit]);
 }
 
-/// Seen red with rows left as they were read.
+/// Fault to be seeded (not yet seen red): rows left as they were read.
 #[test]
 fn rows_are_counted_from_the_bottom_and_numbered_at_either_side() {
     let drawing = chart("a.chart", "# top\n3 ...\n--- 2\n\n1 |||  # bottom\n").unwrap();
@@ -51,7 +51,7 @@ fn rows_are_counted_from_the_bottom_and_numbered_at_either_side() {
     assert_eq!((place.line, place.column), (5, 5));
 }
 
-/// Seen red with every `#` taken as a comment.
+/// Fault to be seeded (not yet seen red): every `#` taken as a comment.
 #[test]
 fn colours_of_the_key() {
     let text = "color red #c0392b  # rust\nr = red\ng = p #00ff00 # moss\n r g . # end\n";
@@ -60,7 +60,7 @@ fn colours_of_the_key() {
     assert_eq!(found, [(Knit, Some(RED)), (Purl, Some([0, 255, 0])), (Knit, None)]);
 }
 
-/// Seen red with escapes counted as one byte, and with rows left as they were read.
+/// Seen red with escapes counted as one byte.
 #[test]
 fn json_says_the_same_as_text() {
     let text = chart("a.chart", "color red #c0392b\nr = p red\n2 r./o\n1 \\o.-r\n").unwrap();
@@ -73,11 +73,11 @@ fn json_says_the_same_as_text() {
     };
     assert_eq!(plain(&text), plain(&json));
     let columns: Vec<u32> = json.rows[0].squares.iter().map(|s| s.place.column).collect();
-    assert_eq!(columns, [20, 22, 23, 24, 30]);
+    assert_eq!(columns, [21, 23, 24, 25, 31]);
     assert!(json.rows[0].squares.iter().all(|s| s.place.line == 3));
 }
 
-/// Seen red with transparent pixels in their colour, and with rows left as they were read.
+/// Seen red with transparent pixels in their colour.
 #[test]
 fn every_kind_of_pixel() {
     use png::ColorType::*;

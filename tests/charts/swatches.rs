@@ -24,20 +24,20 @@ fn mesh(knitted: &Knitted) -> String {
     text.lines().filter(|l| !l.starts_with("N ") && !l.starts_with('#')).collect::<Vec<_>>().join("\n")
 }
 
-/// Seen red with wrong-side rows worked as the front shows them, and with both sides read from the left.
+/// Seen red with `/` as ssk.
 #[test]
 fn a_chart_equals_its_rows_written_out() {
     let text = "4 ./o-..\n3 \\o...-\n2 /o.-..\n1 .o\\..- \n";
-    let rows = "co 6\nRow 1: p, k2, ssk, yo, k\nRow 2: p2tog, yo, p, k, p2\nRow 3: p, k3, yo, ssk\n\
-                Row 4: p, p2tog, yo, k, p2\nbo\n";
+    let rows = "co 6\nRow 1: p1, k2, ssk, yo, k1\nRow 2: p2tog, yo, p1, k1, p2\nRow 3: p1, k3, yo, ssk\n\
+                Row 4: p1, p2tog, yo, k1, p2\nbo\n";
     assert_eq!(mesh(&worked("a.chart", text, Swatch::default())), mesh(&pattern(rows)));
 }
 
-/// Seen red with borders of one side alone, and with rows and columns changed over.
+/// Seen red with borders on one side alone.
 #[test]
 fn repeats_and_borders() {
     let swatch = Swatch { columns: 3, rows: 2, border: 2 };
-    let rows = "co 10\nRow 1: k\nRow 2: k\nRow 3: k2, (p, k) x 3, k2\nRow 4: k\nRow 5: k2, (p, k) x 3, k2\n\
+    let rows = "co 10\nRow 1: k\nRow 2: k\nRow 3: k2, (p1, k1) x 3, k2\nRow 4: k\nRow 5: k2, (p1, k1) x 3, k2\n\
                 Row 6: k\nRow 7: k\nRow 8: k\nbo\n";
     assert_eq!(mesh(&worked("a.chart", "--\n.-", swatch)), mesh(&pattern(rows)));
 }
@@ -59,7 +59,7 @@ fn faces_come_from_squares_and_have_their_colours() {
     }
 }
 
-/// Seen red with the sample's first row a stitch longer.
+/// Seen red with borders on one side alone.
 #[test]
 fn samples_are_knit() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("stitches");

@@ -5,7 +5,7 @@ use crate::grid::Wrap;
 use glam::{DQuat, DVec3};
 use knotmesh::cloth::{RelaxOptions, SpringKind, Stiffness, relax};
 
-/// Seen red with a factor 1.01 on the force of springs, on that of bends, and with the shear springs' force left out.
+/// Seen red with a factor 1.01 on the force of springs, and on that of bends.
 #[test]
 fn forces_are_minus_the_gradient() {
     for name in SAMPLES {
@@ -33,7 +33,7 @@ fn forces_are_minus_the_gradient() {
 
 /// A patch stretched by sx and sy: with strains e = s - 1 each face holds
 /// `W H (Kc ex^2 + Kw ey^2) / 2 + k (d' - d)^2`, k = G d^2 / (2 W H), d' the stretched diagonal; forces on its sides follow by
-/// virtual work. Seen red with half the width of border edges doubled, and with the shear stiffness halved.
+/// virtual work. Seen red with the width beside edges doubled, and with the shear stiffness halved.
 #[test]
 fn a_uniformly_stretched_patch() {
     let (columns, rows) = (9, 7);
@@ -73,7 +73,7 @@ fn a_uniformly_stretched_patch() {
 }
 
 /// A strip one stitch wide hangs from its top: each side edge carries the weight of its side below it, so that it is longer than
-/// natural by weight over stiffness. Seen red with gravity on half of the masses, and with stiffness by the whole width.
+/// natural by weight over stiffness. Seen red with half of gravity, and with the width beside edges doubled.
 #[test]
 fn a_hanging_chain() {
     let rows = 30;

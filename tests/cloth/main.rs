@@ -17,18 +17,18 @@ use knotmesh::mesh::StitchMesh;
 use knotmesh::template::TemplateLibrary;
 
 /// Width and height of a plain stitch, m.
-pub const WIDTH: f64 = 0.0045;
-pub const HEIGHT: f64 = 0.0030;
+const WIDTH: f64 = 0.0045;
+const HEIGHT: f64 = 0.0030;
 
-pub const KNIT: &str = "knit+ -lX +yX +lX -yX";
-pub const PURL: &str = "purl+ -lX +yX +lX -yX";
+const KNIT: &str = "knit+ -lX +yX +lX -yX";
+const PURL: &str = "purl+ -lX +yX +lX -yX";
 
-pub fn knit_where(knit: bool) -> String {
+fn knit_where(knit: bool) -> String {
     if knit { KNIT } else { PURL }.to_string()
 }
 
 /// A grid of stitches at plain size.
-pub fn fabric(columns: usize, rows: usize, wrap: Wrap, knit: impl Fn(usize, usize) -> bool) -> StitchMesh {
+fn fabric(columns: usize, rows: usize, wrap: Wrap, knit: impl Fn(usize, usize) -> bool) -> StitchMesh {
     let mesh = grid::grid(columns, rows, wrap, false, |k, i| knit_where(knit(k, i)));
     let scale = DVec3::new(WIDTH / grid::WIDTH, HEIGHT / grid::HEIGHT, WIDTH / grid::WIDTH);
     let mut mesh = if wrap == Wrap::Tube {
@@ -44,23 +44,23 @@ pub fn fabric(columns: usize, rows: usize, wrap: Wrap, knit: impl Fn(usize, usiz
     mesh
 }
 
-pub fn options() -> ClothOptions {
+fn options() -> ClothOptions {
     ClothOptions { sizes: Some(Sizes { course: WIDTH, wale: HEIGHT }), ..ClothOptions::default() }
 }
 
-pub fn cloth(mesh: &StitchMesh, options: &ClothOptions) -> Cloth {
+fn cloth(mesh: &StitchMesh, options: &ClothOptions) -> Cloth {
     Cloth::new(mesh, &TemplateLibrary::embedded(), options).unwrap()
 }
 
 /// A sample of `stitches/`, in metres.
-pub fn sample(name: &str) -> StitchMesh {
+fn sample(name: &str) -> StitchMesh {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("stitches").join(name);
     let mut mesh = smobj::read_file(&path).unwrap();
     mesh.positions.iter_mut().for_each(|p| *p *= WIDTH);
     mesh
 }
 
-pub const SAMPLES: [&str; 7] = [
+const SAMPLES: [&str; 7] = [
     "degenerate.smobj",
     "garter.smobj",
     "lace.smobj",
@@ -71,13 +71,13 @@ pub const SAMPLES: [&str; 7] = [
 ];
 
 /// Positions moved by up to `size`, m, each way.
-pub fn shaken(places: &[DVec3], size: f64, seed: u64) -> Vec<DVec3> {
+fn shaken(places: &[DVec3], size: f64, seed: u64) -> Vec<DVec3> {
     let mut rng = fastrand::Rng::with_seed(seed);
     let mut next = || (2.0 * rng.f64() - 1.0) * size;
     places.iter().map(|p| *p + DVec3::new(next(), next(), next())).collect()
 }
 
 /// Runs on so many threads.
-pub fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
+fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(run)
 }

@@ -27,7 +27,7 @@ fn sizes(mesh: &StitchMesh) -> (f64, f64) {
     (width / (16.0 * WIDTH), height / (12.0 * HEIGHT))
 }
 
-/// Seen red with `differs` that never says so, with width and height of the table swapped, and with 1x1 and 2x2 swapped.
+/// Seen red with `differs` that never says so, with width and height of the table swapped, and with a 1x1 rib wider than a 2x2.
 #[test]
 fn ribs_draw_in_and_garter_shortens() {
     let stockinette = relaxed(|_, _| true);
@@ -62,7 +62,7 @@ fn borders_follow_what_they_border() {
     assert!(nodes.iter().all(|p| p.is_finite()));
 }
 
-/// Seen red with the sign of names left in (`knit+` was neutral).
+/// Seen red with names compared whole (`knit+` was neutral).
 #[test]
 fn fronts_by_name() {
     for (name, front) in [
@@ -106,7 +106,7 @@ fn sizes_by_gauge_and_type() {
 }
 
 /// A decrease of the embedded library: five edges, and each bottom corner tied to each top one. Seen red with a pentagon that
-/// has the diagonals of its bottom only.
+/// has the diagonals within its bottom and top instead.
 #[test]
 fn pentagons_tie_bottom_to_top() {
     let mesh = sample("lace.smobj");
@@ -132,7 +132,7 @@ fn mass_is_yarn() {
     assert!((sum(|_, i| i % 2 == 0) / want - 1.0).abs() < 1e-12);
 }
 
-/// Vertices that are one place are one node, whichever way the mesh says so. Seen red with `write_back` by vertex number.
+/// Vertices that are one place are one node, whichever way the mesh says so. Seen red with `write_back` of the next node.
 #[test]
 fn welded_or_not() {
     let apart = fabric(5, 4, Wrap::Flat, |_, i| i % 2 == 0);

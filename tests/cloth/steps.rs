@@ -49,7 +49,7 @@ fn free_fall() {
 }
 
 /// One stitch, its upper and lower ends flying apart: two masses on a spring swing with `w = sqrt(2 k / m)`. Its period is told
-/// by when it passes its natural length. Seen red with masses doubled, and with stiffness times 1.1.
+/// by when it passes its natural length. Seen red with forces times 1.01, and with them twice.
 #[test]
 fn a_bounce() {
     let mut options = options();
@@ -81,7 +81,8 @@ fn a_bounce() {
 }
 
 /// A sheet that is let go comes to rest where relaxation under gravity ends; it begins near there, for there are several such
-/// places (it may buckle to either side). Seen red with FAULTS.
+/// places (it may buckle to either side). Seen red with iterations that begin where gravity leads too (0.17 force units off), and with
+/// a damper on bends that pulls to no curvature.
 #[test]
 fn it_comes_to_rest_where_the_energy_is_least() {
     let cloth = cloth(&fabric(12, 14, Wrap::Flat, |_, i| i % 4 < 2), &options());
@@ -109,7 +110,7 @@ fn it_comes_to_rest_where_the_energy_is_least() {
 
 /// Implicit steps take energy: from any start, however long the step, it never passes that of the start and ends far below. (An
 /// iteration never raises what a step minimises, but it begins where inertia leads, so energy may rise a little from frame to
-/// frame.) Seen red with FAULTS.
+/// frame.) Seen red with steps 2.2 times as long, and with a factor whose separators get nine tenths of what they should.
 #[test]
 fn energy_stays_below_that_of_the_start() {
     let cloth = cloth(&fabric(20, 16, Wrap::Tube, |_, i| i % 2 == 0), &options());
@@ -226,7 +227,6 @@ fn held_nodes_are_where_they_are_placed() {
     stepper.frame(0.01, &mut beyond);
 }
 
-/// Seen red with a part's sums for separators added as threads end.
 #[test]
 fn threads_change_nothing() {
     let cloth = cloth(&fabric(50, 48, Wrap::Tube, |_, i| i % 4 < 2), &options());

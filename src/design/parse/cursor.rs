@@ -7,6 +7,9 @@ use crate::{Error, Result};
 use std::fmt::Display;
 use std::path::Path;
 
+/// Signs of a sum or product at most.
+const MOST_SIGNS: usize = 200;
+
 /// Reads tokens one after the other.
 pub struct Cursor<'a> {
     path: &'a Path,
@@ -152,9 +155,10 @@ impl<'a> Cursor<'a> {
         }
         self.depth += 1;
         let mut value = self.product()?;
+        let mut terms = 0;
         while let Some(Kind::Sign(sign @ ('+' | '-'))) = self.peek() {
-            let place = self.place();
-            self.at += 1;
+            terms += 1;
+            let place = self.bounded(terms)?;
             value = Expression::Binary(*sign, Box::new(value), Box::new(self.product()?), place);
         }
         self.depth -= 1;
@@ -163,12 +167,23 @@ impl<'a> Cursor<'a> {
 
     fn product(&mut self) -> Result<Expression> {
         let mut value = self.factor()?;
+        let mut factors = 0;
         while let Some(Kind::Sign(sign @ ('*' | '/'))) = self.peek() {
-            let place = self.place();
-            self.at += 1;
+            factors += 1;
+            let place = self.bounded(factors)?;
             value = Expression::Binary(*sign, Box::new(value), Box::new(self.factor()?), place);
         }
         Ok(value)
+    }
+
+    /// Goes past the sign of a sum or product, which may not have too many.
+    fn bounded(&mut self, signs: usize) -> Result<Place> {
+        if signs > MOST_SIGNS {
+            return Err(self.error(format_args!("a sum or product of at most {MOST_SIGNS} parts")));
+        }
+        let place = self.place();
+        self.at += 1;
+        Ok(place)
     }
 
     fn factor(&mut self) -> Result<Expression> {

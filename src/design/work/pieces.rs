@@ -42,6 +42,14 @@ impl Knitter {
         let begin = self.fabric.faces.len();
         self.no_chain(place)?;
         let first = self.needles.stitches() == 0 && self.tip.is_none();
+        if !first && (self.turned || self.tip.is_none()) {
+            // Where the yarn is cut, or the next row is begun, there is no telling on which needle they would go.
+            return Err(Problem::new(
+                place,
+                "a cast-on between rows, with no yarn at the end of one",
+                "co N within a row",
+            ));
+        }
         let direction = match self.tip {
             Some(tip) => tip.direction,
             None if self.round() => Direction::Left,

@@ -4,7 +4,7 @@
 use super::key::Key;
 use super::{Drawing, SymbolRow, resolve};
 use crate::design::token::Place;
-use crate::io::template_json::explain;
+use crate::io::json::explain;
 use crate::io::text::line_and_column;
 use crate::{Error, Result};
 use serde::de::{MapAccess, Visitor};
@@ -67,7 +67,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Drawing> {
         let (line, column) = (e.line().max(1), e.column().max(1));
         let next =
             text.lines().nth(line - 1).and_then(|l| l.get(column - 1..)).and_then(|l| l.chars().next());
-        let (found, expected) = explain(&e, next, "a chart as JSON");
+        let (found, expected) = explain(&e, next, "a chart");
         Error::input(path, line, column, found, expected)
     })?;
     // Raw values borrow from the file's text, so their places are known.

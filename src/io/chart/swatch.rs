@@ -95,7 +95,7 @@ fn statements(drawing: &Drawing, swatch: Swatch) -> Vec<Statement> {
     let row = |place: Place, numbers: Vec<(Expression, Option<Expression>)>, items: Vec<Item>| {
         let content = Content::Items(items);
         let row = Row { round: false, numbers, right_side: None, content, count: None };
-        Statement { place, kind: StatementKind::Row(row) }
+        Statement { place, kind: StatementKind::Row(Box::new(row)) }
     };
     let cast_on = takes(&drawing.rows[0]) * swatch.columns + 2 * swatch.border;
     let mut statements = vec![
