@@ -114,7 +114,7 @@ fn flat_pieces_face_forward() {
 }
 
 /// Sleeves lie along x, the body along y, and the yoke joins them: the rounds on either side of the join are near each other. Seen
-/// red with the sleeves' places changed over.
+/// red with the left sleeve on the right.
 #[test]
 fn the_sweater_is_put_together_in_space() {
     let mesh = from_stitches("raglan-sweater", &Settings::default()).mesh;

@@ -23,7 +23,8 @@ const NUMBERS: &[&str] = &[
     "{0/0}",
 ];
 
-const SLOWEST: Duration = Duration::from_secs(5);
+/// Far more than any takes, on a machine that is busy with other things too.
+const SLOWEST: Duration = Duration::from_secs(60);
 
 fn texts() -> Vec<String> {
     PATTERNS
@@ -51,7 +52,6 @@ fn work(text: &str) -> bool {
     result.is_err()
 }
 
-/// Seen red with a row of `count` 0 that took one from it.
 #[test]
 fn changed_bytes() {
     let mut rng = Rng::with_seed(1);
@@ -106,8 +106,8 @@ fn changed_words() {
     }
 }
 
-/// Numbers beyond all measure are refused before anything is made of them. Seen red (slow) with casting on stitch by stitch
-/// before the count is looked at.
+/// Numbers beyond all measure are refused before anything is made of them. Seen red (it did not end) with the passes of a `for`
+/// not counted.
 #[test]
 fn huge_numbers() {
     for text in [

@@ -33,8 +33,8 @@ fn each(mut then: impl FnMut(&str, &Knitted, Count)) {
     }
 }
 
-/// Seen red with one more heel row of the sock on paper, with `m1l` counted as one loop and the stitch beside it as none, and with
-/// a sleeve's tail left out of its graft (a yarn more).
+/// Seen red with a loop of the bare yarn and the stitch beside it counted as one, with a tail that its graft does not use (a yarn
+/// more), and with a round's bind-off counted twice.
 #[test]
 fn stitches_are_as_many_as_on_paper_and_every_loop_is_held() {
     each(|name, knitted, expected| {
@@ -49,7 +49,7 @@ fn stitches_are_as_many_as_on_paper_and_every_loop_is_held() {
     });
 }
 
-/// Seen red with joined edges' ends changed over, and with a sleeve's end and a seam's both on one edge.
+/// Seen red with joined edges' ends changed over, and with a tail that its graft does not use.
 #[test]
 fn meshes_are_welded_and_come_back_from_files() {
     each(|name, knitted, _| check(&knitted.mesh, &format!("{name} {:?}", knitted.size)));
