@@ -34,8 +34,8 @@ impl Default for RelaxOptions {
     fn default() -> Self {
         Self {
             residual: 1e-4,
-            iterations: 3000,
-            rounds: 60_000,
+            iterations: 2000,
+            rounds: 20_000,
             held: Vec::new(),
             acceleration: DVec3::ZERO,
             rescale: true,
