@@ -16,7 +16,7 @@ fn colour(row: usize, column: usize) -> usize {
     let across = column.min(WIDTH - column);
     match row {
         0 | 10 => 2,
-        1 | 9 => usize::from(column % 2 == 0) * 2,
+        1 | 9 => usize::from(column.is_multiple_of(2)) * 2,
         2..=8 => usize::from(across + row.abs_diff(5) == 3 || across + row.abs_diff(5) == 0 || across == 6),
         11 | 19 => 0,
         _ if across % 4 == row % 4 => 3,

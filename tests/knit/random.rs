@@ -208,7 +208,7 @@ impl Writer {
         let (part, rest) = (self.n / 2, self.n - self.n / 2);
         write!(self.text, "cut\nhold {part} as part\nRow: k\nRow: p\nbo\npiece part flat\nfrom part\n")
             .unwrap();
-        write!(self.text, "Row (RS): k   ({part} sts)\n").unwrap();
+        writeln!(self.text, "Row (RS): k   ({part} sts)").unwrap();
         self.count.worked += 2 * rest + part;
         self.count.bound_off += rest;
         self.count.yarns += 2;
