@@ -1,11 +1,11 @@
 //! Every pattern of `stitches/`, from text to yarn: how long each step takes and how well it ends, as CSV.
 //!
 //! `cargo bench --bench garments [-- NAME...]`. Times are the least of three runs (of one that takes over two seconds), milliseconds, with two threads where
-//! there are several; `relax_ms` is a frame of yarn (start from tables, 2 steps, f32) after the tables were built.
+//! there are several; `relax_ms` is a frame of yarn (start from tables, 2 steps, f32, nothing skipped) after the tables were built.
 //! `below_1_5r`: share of samples of yarn that come nearer than 1.5 r to other yarn; `plain` and `rib` the same of patches
 //! in stockinette and in 2x2 rib, at the pattern's gauge, relaxed alike: what a garment of such stitches may come to.
 
-use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, table_cache};
+use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, table_cache};
 use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, RelaxReport, Sizes, relax};
 use knotmesh::curve::FrameCurves;
 use knotmesh::design::{Knitted, Settings as Pattern, knit};
@@ -42,17 +42,16 @@ fn main() {
         let (knit_ms, knitted) = least(|| knit_file(&path, &Pattern::default()).expect("a pattern"));
         let run = Run::new(knitted, &library);
         let gauge = run.knitted.gauge;
-        let swatch = |row: &str| {
-            let text = format!(
-                "co 42\nRow 1 (RS): {row}\nRow 2 (WS): {}\nrep rows 1-2 20 more times\nbo\n",
-                row.replace('k', "q").replace('p', "k").replace('q', "p")
-            );
+        let swatch = |[front, back]: [&str; 2]| {
+            let text =
+                format!("co 42\nRow 1 (RS): {front}\nRow 2 (WS): {back}\nrep rows 1-2 20 more times\nbo\n");
             let settings = Pattern { gauge: Some(gauge), ..Pattern::default() };
             let path = Path::new("swatch.knit");
             let knitted = knit(path, &text, &settings, &Beside::new(path)).expect("a swatch");
             Run::new(knitted, &library).clearance.share_below_1_5r
         };
-        let (plain, rib) = (swatch("k"), swatch("k2, *p2, k2; rep from *"));
+        let (plain, rib) =
+            (swatch(["k", "p"]), swatch(["k2, *p2, k2; rep from *", "p2, *k2, p2; rep from *"]));
         println!(
             "{name},{},{},{},{knit_ms:.2},{:.1},{},{:.1e},{:.2},{},{},{:.4},{:.3},{plain:.4},{rib:.4}",
             run.knitted.made.total(),
@@ -96,7 +95,7 @@ impl Run {
             Arc::new(Scene::compile(&knitted.mesh, library, SceneOptions::default()).expect("compiles"));
         let settings = Settings { start: Start::Table, iterations: 2, ..Settings::default() };
         let cache = table_cache::folder();
-        let running = Running { threads: 2, ..Running::default() };
+        let running = Running { threads: 2, skip: Skip::NOTHING, ..Running::default() };
         let mut backend = CpuBackend::<f32>::with_cache(scene.clone(), &settings, &running, cache.as_deref())
             .expect("settings are in range");
         let mut output = FrameOutput::default();
