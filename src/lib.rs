@@ -19,6 +19,8 @@ pub mod math;
 pub mod measure;
 pub mod mesh;
 pub mod pattern;
+#[cfg(feature = "gpu")]
+pub mod render;
 pub mod scene;
 pub mod template;
 pub mod yarn;

@@ -29,6 +29,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "curve", "yarn",
         ],
     ),
+    ("render", &["error", "math", "mesh", "scene", "backend", "measure", "yarn"]),
 ];
 
 /// Files that may import more than their module, and what.

@@ -50,7 +50,7 @@ pub fn stretch<T: Scalar>(scene: &Scene, output: &FrameOutput<T>) -> Stretch {
 
 /// The rest length of the segment between two control points: they share a face, where their slots are
 /// neighbours.
-fn rest_length(scene: &Scene, a: [u32; 2], b: [u32; 2]) -> Option<f64> {
+pub(crate) fn rest_length(scene: &Scene, a: [u32; 2], b: [u32; 2]) -> Option<f64> {
     for x in a.into_iter().filter(|s| *s != NO_SECOND_SLOT) {
         for y in b.into_iter().filter(|s| *s != NO_SECOND_SLOT && s.abs_diff(x) == 1) {
             let (batch, face, point) = scene.slot_place(x.min(y));

@@ -26,6 +26,14 @@ impl Readback {
         }
     }
 
+    /// Copies a picture into it, rows of so many bytes each.
+    pub fn copy_picture(&self, encoder: &mut wgpu::CommandEncoder, picture: &wgpu::Texture, row: u32) {
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+        let to = wgpu::TexelCopyBufferInfo { buffer: &self.0, layout };
+        encoder.copy_texture_to_buffer(picture.as_image_copy(), to, picture.size());
+    }
+
     /// Waits for the device, and hands over the bytes.
     pub fn wait(&self, device: &Device, take: impl FnOnce(&[u8])) -> Result<()> {
         self.ready(device)?;
