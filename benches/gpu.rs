@@ -63,7 +63,7 @@ mod gpu {
             name,
             settings: Settings { solver, start, iterations, ..Settings::default() },
             skip: Skip::NOTHING,
-            wanted: Wanted { knots: false, curves: 0 },
+            wanted: Wanted { points: true, knots: false, curves: 0 },
         };
         let table = || way("table, 2 steps", Solver::Safeguarded, Start::Table, 2);
         vec![
@@ -74,7 +74,7 @@ mod gpu {
             Way { name: "table, 2 steps, skips", skip: Skip::default(), ..table() },
             Way {
                 name: "table, 2 steps, curves of 4",
-                wanted: Wanted { knots: false, curves: 4 },
+                wanted: Wanted { points: true, knots: false, curves: 4 },
                 ..table()
             },
         ]

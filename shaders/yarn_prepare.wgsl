@@ -51,6 +51,15 @@ fn any_across(t: vec3<f32>) -> vec3<f32> {
     return normalize(cross(t, axis));
 }
 
+// A tangent as long as that of an arc over the chord that leaves it at the same angle: those of a Catmull-Rom curve are shorter, which
+// bends yarn sharply at its control points and hardly between them.
+fn arched(tangent: vec3<f32>, chord: vec3<f32>) -> vec3<f32> {
+    let c = length(chord);
+    let along = unit(tangent, vec3<f32>(0.0));
+    let cosine = dot(along, chord) / max(c, 1e-20);
+    return along * (c * 2.0 / (1.0 + max(cosine, 0.0)));
+}
+
 @compute @workgroup_size(64)
 fn prepare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let i = id.x + id.y * groups.x * 64u;
@@ -96,6 +105,8 @@ fn prepare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         let across = (p3 - p1) / (d1 + d2);
         arrive = chord + ((p3 - p2) / d2 - across) * d1;
     }
+    leave = arched(leave, chord);
+    arrive = arched(arrive, chord);
     if link.y == NONE {
         // Nothing is drawn from here: the direction in which the yarn ends.
         leave = p1 - p0;

@@ -1,4 +1,5 @@
-// A segment's tube, an instance each: rings of vertices along the curve. Far ones are half tubes of three vertices a ring that face the eye.
+// A segment's tube, an instance each: rings of vertices along the curve. Far ones face the eye, so that they are as wide as they should
+// be however few vertices they have; the furthest are half tubes.
 
 struct Level {
     // Steps along a segment, around its tube; which list, and whether it is read from its end.
@@ -7,7 +8,7 @@ struct Level {
     list: u32,
     backwards: u32,
     room: u32,
-    // Whether rings face the eye.
+    // Whether rings face the eye: 1 as half tubes, 2 all around.
     faces: u32,
 }
 
@@ -110,7 +111,9 @@ fn tube(number: u32, instance: u32) -> Vertex {
         let straight = carried(sides[i].xyz, enters, tangent);
         let turn = leave.w * t;
         side = straight * cos(turn) + cross(tangent, straight) * sin(turn);
-        out.radius = mix(here.w, there.w, t);
+        // Between rings that stand at an angle to each other, a tube is thinner than they are.
+        let thinner = (1.0 - dot(enters, ends)) / (4.0 * f32(level.steps * level.steps));
+        out.radius = mix(here.w, there.w, t) * (1.0 + thinner);
         out.normal = vec3<f32>(0.0);
         out.map.x = fixed[i].z + fixed[i].w * t;
         out.stretch = mix(sides[i].w, sides[next].w, t);
@@ -122,18 +125,24 @@ fn tube(number: u32, instance: u32) -> Vertex {
     out.radius = max(out.radius, least * f32((item & CAP) == 0u));
     let across = cross(out.tangent, side);
     var ray_zero = side;
+    // Rings are as wide in the mean, seen from all sides, as the circles that they stand for.
+    let sides_of_ring = f32(level.around);
+    var wide = 0.5 * TAU / (sides_of_ring * sin(0.5 * TAU / sides_of_ring));
     var angle = TAU * f32(spoke) / f32(level.around);
     out.map.y = f32(spoke) / f32(level.around);
     if level.faces != 0u {
         let facing = look - out.tangent * dot(look, out.tangent);
         let l = length(facing);
         ray_zero = select(side, facing / l, l > 1e-3);
-        angle = 0.25 * TAU * (f32(spoke) - 1.0);
+        wide = 1.0;
+        if level.faces == 1u {
+            angle = 0.25 * TAU * (f32(spoke) - 1.0);
+        }
         // Where that is on the yarn.
         out.map.y = (atan2(dot(ray_zero, across), dot(ray_zero, side)) + angle) / TAU;
     }
     let ray = ray_zero * cos(angle) + cross(out.tangent, ray_zero) * sin(angle);
     out.normal += ray * select(1.0, sqrt(max(1.0 - dot(out.normal, out.normal), 0.0)), (item & CAP) != 0u);
-    out.p += ray * out.radius;
+    out.p += ray * (out.radius * wide);
     return out;
 }

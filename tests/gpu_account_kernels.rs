@@ -184,7 +184,7 @@ fn curves() {
         };
         let mut output = FrameOutput::default();
         for extra in [EXTRA, 1] {
-            backend.set_wanted(Wanted { knots: false, curves: extra }).expect("room");
+            backend.set_wanted(Wanted { points: true, knots: false, curves: extra }).expect("room");
             backend.frame(positions.unwrap_or(&mesh.positions), &mut output).expect("as many as vertices");
             let told = backend.counted_since(Counting::Curve).expect("read");
             assert_eq!(told.len(), scene.yarns.point_count());

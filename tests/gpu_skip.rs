@@ -205,7 +205,7 @@ fn what_is_wanted() {
             let motion = ["part", "rigid", "noise", "still"][frame / FRAMES];
             let positions = moved(&mesh, motion, frame % FRAMES);
             // It is said anew now and then what is wanted.
-            let wanted = Wanted { knots: frame % 5 == 3, curves: [3, 0, 2][frame / 6 % 3] };
+            let wanted = Wanted { points: true, knots: frame % 5 == 3, curves: [3, 0, 2][frame / 6 % 3] };
             gpu.set_wanted(wanted).unwrap();
             cpu.frame(&positions, &mut a).unwrap();
             gpu.frame(&positions, &mut b).unwrap();

@@ -231,6 +231,11 @@ impl<T: Precision> Backend<T> for DeviceBackend<T> {
         result.or_else(|_| self.backend().set_wanted(Wanted { curves: 0, ..wanted }))
     }
 
+    #[cfg(feature = "gpu")]
+    fn device_points(&self) -> Option<super::gpu::DevicePoints<'_>> {
+        self.gpu.as_ref().and_then(|gpu| gpu.backend.device_points())
+    }
+
     fn device_times(&self) -> &[(&'static str, f64)] {
         self.gpu.as_ref().map_or(&[], |gpu| gpu.backend.device_times())
     }

@@ -95,6 +95,12 @@ pub trait Backend<T: Scalar> {
     /// What became of the stitch types' tables; the tables themselves are with the kernels.
     fn tables(&self) -> &Tables;
 
+    /// The control points of the last frame where they lie on a device, all in one buffer; `None` where they do not.
+    #[cfg(feature = "gpu")]
+    fn device_points(&self) -> Option<gpu::DevicePoints<'_>> {
+        None
+    }
+
     /// Gives its device up, as if it had failed: every frame from now on is an error. For tests; a CPU cannot fail.
     #[doc(hidden)]
     fn lose(&mut self) {}
@@ -107,7 +113,8 @@ pub struct FrameOutput<T> {
     pub origin: DVec3,
     /// World units per template unit.
     pub gauge: f64,
-    /// `[point]` control points in the order of [`crate::scene::Yarns`].
+    /// `[point]` control points in the order of [`crate::scene::Yarns`]; none where nobody asked for them and the backend can keep
+    /// them to itself.
     pub points: Vec<V3<T>>,
     /// Samples of the curves through them, where they were asked for and the backend makes them.
     pub curves: SampledCurves<T>,
@@ -141,6 +148,8 @@ impl<T> Default for SampledCurves<T> {
 /// or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wanted {
+    /// Control points.
+    pub points: bool,
     /// Knots.
     pub knots: bool,
     /// Samples of curves, with so many extra points a segment; 0 for none. Where a backend makes none,
@@ -150,7 +159,7 @@ pub struct Wanted {
 
 impl Default for Wanted {
     fn default() -> Self {
-        Self { knots: true, curves: 0 }
+        Self { points: true, knots: true, curves: 0 }
     }
 }
 

@@ -51,7 +51,7 @@ pub fn wanted(arguments: &Arguments) -> Result<Wanted> {
     // A device samples curves once; where outputs differ, those of the first.
     let curves = formats.first().map_or(0, |f| subdivide(arguments, *f));
     let knots = arguments.report.is_some() || formats.contains(&CurveFormat::Npz);
-    Ok(Wanted { knots, curves })
+    Ok(Wanted { points: true, knots, curves })
 }
 
 /// Extra points a segment in a format.

@@ -4,7 +4,7 @@
 //! rule: plies as twisted cylinders, fibres as ridges along them.
 
 /// Texels along a turn of the twist, and around.
-pub const SIZE: [u32; 2] = [256, 256];
+pub const SIZE: [u32; 2] = [1024, 512];
 /// Plies of a yarn.
 pub const PLIES: f32 = 3.0;
 /// Length of a turn of the twist, in yarn radii: the plies lie at 28 degrees.
@@ -55,7 +55,7 @@ fn whole() -> Vec<Texel> {
         let du = (at(x + 1, y) - at(x + width - 1, y)) / (2.0 * along);
         let dv = (at(x, y + 1) - at(x, y + height - 1)) / (2.0 * around);
         let length = (1.0 + du * du + dv * dv).sqrt();
-        let open = ((at(x, y) - 0.66) / 0.3).clamp(0.0, 1.0);
+        let open = ((at(x, y) - 0.64) / 0.3).clamp(0.0, 1.0);
         [-du / length, -dv / length, 0.35 + 0.65 * open, heights[i][1]]
     };
     (0..width * height).map(texel).collect()
@@ -72,7 +72,7 @@ fn surface(u: f32, v: f32) -> [f32; 2] {
     let root = (ply * ply - (centre * angle.sin()).powi(2)).max(0.0).sqrt();
     let outside = centre * angle.cos() + root;
     // Fibres fill the grooves between them.
-    let filled = smooth_max(outside, 0.72, 0.12);
+    let filled = smooth_max(outside, 0.64, 0.12);
     // Fibres of a balanced yarn run along it; ridges of three widths, each a noise that is long along and narrow around.
     let ridges = 0.5 * noise(u, v, 5, 72, 1)
         + 0.3 * noise(u, v, 9, 150, 2)
@@ -122,10 +122,10 @@ mod tests {
     #[test]
     fn levels_halve_down_to_one() {
         let levels = levels();
-        assert_eq!(levels.len(), 9);
+        assert_eq!(levels.len(), 11);
         assert_eq!(levels[0].len(), (SIZE[0] * SIZE[1]) as usize);
         // The mean normal is straight up: slopes of a periodic map cancel. Seen red with one-sided differences of |slope|.
-        let last = levels[8][0];
+        let last = levels[10][0];
         assert!((126..=129).contains(&last[0]) && (126..=129).contains(&last[1]), "{last:?}");
     }
 }

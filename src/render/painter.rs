@@ -9,7 +9,7 @@ use super::strands::Strands;
 pub use super::targets::Canvas;
 use super::uniforms::{Geometry, Setting};
 use crate::Result;
-use crate::backend::gpu::{Adapter, Device, Maker, Readback};
+use crate::backend::gpu::{Adapter, Device, DevicePoints, Maker, Readback};
 use bytemuck::Pod;
 use glam::DVec3;
 use wgpu::BufferUsages;
@@ -151,6 +151,34 @@ impl Painter {
         Ok(yarn)
     }
 
+    /// Paints on the device on which a backend solves, so that its control points need not leave it.
+    ///
+    /// # Errors
+    /// A device that refuses a shader.
+    pub fn beside(points: &DevicePoints) -> Result<Self> {
+        Self::on(points.device.clone())
+    }
+
+    /// Gives yarn the places of a backend's last frame, from device to device. `bounds` is a box (world units) around all of it.
+    ///
+    /// # Errors
+    /// Points on another device than this painter's, or of other yarn; yarn that is in several parts.
+    pub fn take(&self, yarn: &mut Yarn, points: &DevicePoints, bounds: [DVec3; 2]) -> Result<()> {
+        let ([part], true) = (&yarn.parts[..], points.count == yarn.points) else {
+            return Err(self.device.fault("found yarn in parts, or other yarn, expected that of the points"));
+        };
+        if points.device.device != self.device.device {
+            return Err(self.device.fault("found points on another device"));
+        }
+        let mut encoder = self.device.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(points.buffer, 0, &part.raw, 0, Some(12 * points.count as u64));
+        self.device.queue.submit([encoder.finish()]);
+        (yarn.origin, yarn.unit) = (points.origin, points.unit);
+        yarn.bounds = bounds.map(|p| (p - points.origin) / points.unit);
+        yarn.keep_volume = None;
+        self.device.check()
+    }
+
     /// Gives yarn other places and colours: strands of the same yarns and radii.
     ///
     /// # Errors
@@ -211,7 +239,7 @@ impl Painter {
                 list: i as u32 / 2,
                 backwards: i as u32 % 2,
                 room: room as u32,
-                faces: u32::from(*around == 2),
+                faces: [1, 2, 0, 0][i],
                 unused: [0; 58],
             };
             let levels: Vec<Level> = LEVELS.iter().enumerate().map(level).collect();

@@ -8,7 +8,7 @@ use crate::backend::gpu::Device;
 use wgpu::{BufferBindingType, ShaderStages, TextureSampleType};
 
 /// How finely a level is drawn: steps along a segment, sides of its tube (2: half a tube that faces the eye).
-pub const LEVELS: [[u32; 2]; 4] = [[1, 2], [2, 8], [4, 16], [8, 32]];
+pub const LEVELS: [[u32; 2]; 4] = [[2, 2], [3, 8], [4, 16], [8, 32]];
 
 #[derive(Debug)]
 pub struct Passes {

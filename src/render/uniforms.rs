@@ -119,7 +119,8 @@ impl Geometry {
         let flag = |on: bool| f32::from(u8::from(on));
         Self {
             eye: eye(clip, camera.eye.extend(1.0), focal, 0.3),
-            from_light: eye(light_clip, key.extend(0.0), 1.0 / texel, 0.5),
+            // Shadows need no fine silhouettes.
+            from_light: eye(light_clip, key.extend(0.0), 0.4 / texel, 0.5),
             light: Light {
                 clip: columns(light_clip),
                 view: columns(view),

@@ -19,7 +19,7 @@ use knotmesh::template::Coordinates;
 /// How many numbers differ, of how many; control points and states among them.
 fn differ(case: &Case, adapter: &Adapter, options: &GpuOptions, subdivide: usize) -> [usize; 2] {
     let (mut twin, mut device) = (case.twin(), case.device(adapter, options));
-    device.set_wanted(Wanted { knots: false, curves: subdivide }).expect("there is room");
+    device.set_wanted(Wanted { points: true, knots: false, curves: subdivide }).expect("there is room");
     let [mut a, mut b] = [FrameOutput::default(), FrameOutput::default()];
     let mut counts = [0; 2];
     for positions in case.motion {

@@ -164,7 +164,7 @@ fn keep(faults: &Mutex<Option<String>>, message: String) {
 }
 
 /// An open adapter.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Device {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,

@@ -274,9 +274,26 @@ impl GpuBackend {
         }
     }
 
+    /// Whether control points stay on the device. Those of several parts come together on the CPU, and samples hold them.
+    pub(super) fn keeps_points(&self) -> bool {
+        !self.wanted.points && self.parts.len() == 1 && self.curves.is_none()
+    }
+
+    /// Brings back control points of an earlier frame.
+    pub(super) fn fetch_points(&self, output: &mut FrameOutput<f32>) -> Result<()> {
+        output.points.resize(self.scene.yarns.point_count(), V3::zero());
+        for part in &self.parts {
+            let words = super::readback::read(&self.device, &part.buffers.points)?;
+            let count = 3 * part.slice.points.len();
+            take_points(bytemuck::cast_slice(&words[..count]), part, output);
+        }
+        Ok(())
+    }
+
     /// Bytes that come back of a part: points, sides of seams with other parts, knots, results, counts of what was skipped.
     fn comes(&self, part: &Part, turned: bool) -> [usize; 5] {
-        let points = if self.curves.is_some() { 0 } else { 12 * part.slice.points.len() };
+        let stays = self.curves.is_some() || self.keeps_points();
+        let points = if stays { 0 } else { 12 * part.slice.points.len() };
         if turned {
             return [points, 0, 0, 0, 0];
         }
@@ -292,7 +309,9 @@ impl GpuBackend {
         self.ready()?;
         output.knots.resize(if self.wanted.knots { scene.knot_count } else { 0 }, KnotState::default());
         output.faces.resize(scene.face_count, unsolved());
-        output.points.resize(scene.yarns.point_count(), V3::zero());
+        if !self.keeps_points() {
+            output.points.resize(scene.yarns.point_count(), V3::zero());
+        }
         let mut all_skipped = Skipped::default();
         let mut cross = std::mem::take(&mut self.cross);
         for (i, part) in self.parts.iter().enumerate() {
@@ -363,6 +382,10 @@ impl GpuBackend {
         self.cross.take_turned(&output.points, motion, origin, gauge);
         for part in &self.parts {
             let bytes = self.comes(part, true)[0];
+            if bytes == 0 {
+                part.readback.take(&self.device, |_| ())?;
+                continue;
+            }
             part.readback.take(&self.device, |all| take_points(&all[..bytes], part, output))?;
         }
         self.cross.join(&mut output.points);

@@ -1,7 +1,7 @@
 //! A frame on the device: put to work, waited for.
 
 use super::curves::CurvesOnDevice;
-use super::{GpuBackend, OnCpu, PASSES};
+use super::{DevicePoints, GpuBackend, OnCpu, PASSES};
 use crate::Result;
 use crate::backend::rigid::Motion;
 use crate::backend::{Backend, FrameOutput, GIVEN, STAMPS, Skipped, Tables, Wanted};
@@ -85,6 +85,14 @@ impl GpuBackend {
             self.fetch_knots(output)?;
             self.knots_stayed = false;
         }
+        let keeps = self.keeps_points();
+        if !worked && self.points_stayed && !keeps {
+            self.fetch_points(output)?;
+        }
+        if keeps {
+            output.points.clear();
+        }
+        self.points_stayed = keeps;
         match pending {
             Pending::Stays(skipped) => output.skipped = skipped,
             Pending::Turned(motion) => {
@@ -179,6 +187,19 @@ impl Backend<f32> for GpuBackend {
         }
         self.wanted = wanted;
         Ok(())
+    }
+
+    fn device_points(&self) -> Option<DevicePoints<'_>> {
+        match &self.parts[..] {
+            [part] if self.stamp != 0 => Some(DevicePoints {
+                device: &self.device,
+                buffer: &part.buffers.points,
+                origin: self.surface.origin(),
+                unit: self.scene.gauge,
+                count: self.scene.yarns.point_count(),
+            }),
+            _ => None,
+        }
     }
 
     fn device_times(&self) -> &[(&'static str, f64)] {

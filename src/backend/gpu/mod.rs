@@ -146,6 +146,19 @@ impl GpuOptions {
     }
 }
 
+/// Control points on a device, in the order of [`crate::scene::Yarns`]: three floats each, relative to an origin.
+#[derive(Clone, Copy, Debug)]
+pub struct DevicePoints<'a> {
+    pub(crate) device: &'a Device,
+    pub(crate) buffer: &'a wgpu::Buffer,
+    /// World position that places are relative to.
+    pub origin: glam::DVec3,
+    /// World units per unit of places.
+    pub unit: f64,
+    /// How many there are.
+    pub count: usize,
+}
+
 /// Runs scenes on a GPU, in f32.
 #[derive(Debug)]
 pub struct GpuBackend {
@@ -172,6 +185,8 @@ pub struct GpuBackend {
     wanted: Wanted,
     /// Whether the last solved frame's knots stayed on the device.
     knots_stayed: bool,
+    /// Whether its control points did.
+    points_stayed: bool,
     curves: Option<CurvesOnDevice>,
     timer: Option<Timer>,
     times: Vec<(&'static str, f64)>,
@@ -276,6 +291,7 @@ impl GpuBackend {
             cross,
             wanted: Wanted::default(),
             knots_stayed: false,
+            points_stayed: false,
             curves: None,
             timer,
             times: Vec::new(),

@@ -41,7 +41,7 @@ impl Runner {
                 let adapter = adapter.map(str::to_string);
                 let recipe = Recipe { scene, settings, running, cache: None, adapter, timed: true };
                 let mut backend = DeviceBackend::new(recipe, DeviceKind::Gpu)?;
-                backend.set_wanted(Wanted { knots: false, curves: 0 })?;
+                backend.set_wanted(Wanted { points: true, knots: false, curves: 0 })?;
                 Work::F32(Box::new(backend), Box::default())
             }
             (Engine::Cpu, Precision::F32) => {

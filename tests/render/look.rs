@@ -1,0 +1,115 @@
+//! Light, valleys, colours.
+
+use super::gpu::adapter;
+use super::scenes::{apart, far, paint, plain, yarn};
+use glam::DVec3;
+use knotmesh::render::{Background, Look, Painter, Picture, Shading, Strands};
+
+const SIZE: [u32; 2] = [300, 300];
+
+/// Two yarns across each other, the second in front; 300 pixels are 3 units.
+fn cross(gap: f64) -> Strands {
+    let line = |d: DVec3, z: f64| (0..13).map(move |i| d * (f64::from(i) / 4.0 - 1.5) + DVec3::Z * z);
+    let points: Vec<DVec3> = line(DVec3::X, 0.0).chain(line(DVec3::Y, gap)).collect();
+    let mut strands = yarn(&points, false, 0.15);
+    strands.offsets = vec![0, 13, 26];
+    strands.closed = vec![false; 2];
+    strands.radius = vec![0.15; 2];
+    strands
+}
+
+fn grey(p: [u8; 4]) -> f64 {
+    (f64::from(p[0]) + f64::from(p[1]) + f64::from(p[2])) / 3.0
+}
+
+/// The mean grey of a box.
+fn mean(picture: &Picture, x: std::ops::Range<u32>, y: std::ops::Range<u32>) -> f64 {
+    let n = (x.len() * y.len()) as f64;
+    y.flat_map(|y| x.clone().map(move |x| (x, y))).map(|(x, y)| grey(picture.at(x, y))).sum::<f64>() / n
+}
+
+/// Light comes from the left above, so the yarn in front throws its shadow to the right.
+///
+/// Seen red with the light's axes exchanged, and with depths compared the other way round.
+#[test]
+fn shadows_fall_away_from_the_light() {
+    let Some(adapter) = adapter() else { return };
+    let painter = Painter::open(&adapter).unwrap();
+    let look = Look { occlusion: false, plies: false, ..plain() };
+    let picture =
+        |shadows| paint(&painter, &cross(0.6), &far(DVec3::ZERO, 3.0), &Look { shadows, ..look }, SIZE);
+    let (with, without) = (picture(true), picture(false));
+    // The yarn that lies across, beside the other on its right and on its left.
+    let (right, left) = (170..215, 85..130);
+    let darker = |x: std::ops::Range<u32>| mean(&without, x.clone(), 145..155) - mean(&with, x, 145..155);
+    assert!(darker(right.clone()) > 15.0, "right: {}", darker(right));
+    assert!(darker(left.clone()).abs() < 2.0, "left: {}", darker(left));
+    // What is in front has no shadow.
+    assert!((mean(&without, 145..155, 40..60) - mean(&with, 145..155, 40..60)).abs() < 1.0);
+}
+
+/// Seen red with the horizons' signs exchanged, and with occlusion that is the same everywhere.
+#[test]
+fn valleys_are_darker() {
+    let Some(adapter) = adapter() else { return };
+    let painter = Painter::open(&adapter).unwrap();
+    let look = Look { shadows: false, plies: false, ..plain() };
+    let picture =
+        |occlusion| paint(&painter, &cross(0.3), &far(DVec3::ZERO, 3.0), &Look { occlusion, ..look }, SIZE);
+    let (with, without) = (picture(true), picture(false));
+    let darker = |x: std::ops::Range<u32>, y: std::ops::Range<u32>| {
+        mean(&without, x.clone(), y.clone()) - mean(&with, x, y)
+    };
+    // Beside the crossing, and far from it.
+    assert!(darker(167..171, 145..155) > 4.0, "{}", darker(167..171, 145..155));
+    assert!(darker(260..280, 145..155) < 2.0, "{}", darker(260..280, 145..155));
+}
+
+/// Seen red with low and high exchanged.
+#[test]
+fn tension_has_the_colours_of_its_range() {
+    let Some(adapter) = adapter() else { return };
+    let painter = Painter::open(&adapter).unwrap();
+    let look = Look { shading: Shading::Tension([0.5, 1.5]), shadows: false, occlusion: false, ..plain() };
+    let middle = |stretch: f32| {
+        let points: Vec<DVec3> = (0..13).map(|i| DVec3::X * (f64::from(i) / 4.0 - 1.5)).collect();
+        let mut strands = yarn(&points, false, 0.4);
+        strands.rest = vec![0.25 / stretch; 13];
+        paint(&painter, &strands, &far(DVec3::ZERO, 3.0), &look, SIZE).at(150, 150)
+    };
+    let (slack, rest, tense) = (middle(0.5), middle(1.0), middle(1.5));
+    assert!(slack[2] > 100 && slack[2] > 2 * slack[0], "{slack:?}");
+    assert!(tense[0] > 100 && tense[0] > 2 * tense[2], "{tense:?}");
+    assert!(rest[0].abs_diff(rest[2]) < 12 && rest[0] > 180, "{rest:?}");
+}
+
+/// Seen red with the gradient upside down.
+#[test]
+fn the_background_is_what_was_asked_for() {
+    let Some(adapter) = adapter() else { return };
+    let painter = Painter::open(&adapter).unwrap();
+    let strands = yarn(&[DVec3::ZERO, DVec3::X * 0.1], false, 0.01);
+    let background = Background::Gradient([200, 10, 30], [20, 150, 250]);
+    let look = Look { background, ..Look::default() };
+    let picture = paint(&painter, &strands, &far(DVec3::ZERO, 3.0), &look, SIZE);
+    let (top, bottom) = (picture.at(5, 0), picture.at(5, 299));
+    assert!(top[0].abs_diff(200) < 3 && top[1].abs_diff(10) < 6 && top[3] == 255, "{top:?}");
+    assert!(bottom[0].abs_diff(20) < 6 && bottom[2].abs_diff(250) < 3, "{bottom:?}");
+    let clear = paint(&painter, &strands, &far(DVec3::ZERO, 3.0), &plain(), SIZE);
+    assert_eq!(clear.at(5, 5)[3], 0);
+}
+
+/// The same picture, to the byte; more samples change it a little. Seen red with lists that keep what was in them before.
+#[test]
+fn pictures_repeat() {
+    let Some(adapter) = adapter() else { return };
+    let painter = Painter::open(&adapter).unwrap();
+    let strands = cross(0.3);
+    let picture = |samples| {
+        paint(&painter, &strands, &far(DVec3::ZERO, 3.0), &Look { samples, ..Look::default() }, SIZE)
+    };
+    let (four, again, many) = (picture(4), picture(4), picture(32));
+    assert!(four == again, "{}", apart(&four, &again));
+    let apart = apart(&four, &many);
+    assert!(apart > 0.0 && apart < 2.0, "{apart}");
+}
