@@ -61,7 +61,7 @@ fn adapters() -> String {
 }
 
 /// Whether an OBJ file holds polygons (a mesh) rather than lines (curves).
-fn has_faces(path: &std::path::Path) -> Result<bool> {
+pub(super) fn has_faces(path: &std::path::Path) -> Result<bool> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
     let face = |line: &[u8]| matches!(line.trim_ascii_start(), [b'f', b' ' | b'\t', ..]);
     Ok(bytes.split(|b| *b == b'\n').any(face))

@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
 }
 
 /// Relaxes the mesh; whether forces came within the bound.
-fn relaxed(knitted: &mut Knitted, console: Console) -> Result<bool> {
+pub(super) fn relaxed(knitted: &mut Knitted, console: Console) -> Result<bool> {
     let Gauge { width, height } = knitted.gauge;
     let sizes = Some(Sizes { course: width, wale: height });
     let options = ClothOptions { sizes, ..ClothOptions::default() };

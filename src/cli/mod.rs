@@ -17,6 +17,8 @@ mod outputs;
 mod progress;
 mod relax;
 mod relax_mesh;
+#[cfg(feature = "gpu")]
+mod render;
 mod report;
 mod skip;
 mod stress;
@@ -46,6 +48,9 @@ enum Command {
     Knit(knit::Arguments),
     /// Relax the yarn of a stitch mesh.
     Relax(Box<relax::Arguments>),
+    /// Draw yarn: pictures of a mesh, a pattern or a curve file, still or moving.
+    #[cfg(feature = "gpu")]
+    Render(Box<render::Arguments>),
     /// Step a mesh as cloth through a scene: held and moved borders, colliders, wind.
     Drape(drape::Arguments),
     /// Relax a stitch mesh to the natural sizes of its stitches.
@@ -107,6 +112,8 @@ pub fn run() -> ExitCode {
     let result: Result<Ending> = match cli.command {
         Command::Knit(arguments) => knit::run(&arguments, console),
         Command::Relax(arguments) => relax::run(&arguments, console),
+        #[cfg(feature = "gpu")]
+        Command::Render(arguments) => render::run(&arguments, console),
         Command::Drape(arguments) => drape::run(&arguments, console),
         Command::RelaxMesh(arguments) => relax_mesh::run(&arguments, console),
         Command::Info(arguments) => info::run(&arguments).map(|()| Ending::Done),

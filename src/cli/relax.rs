@@ -207,7 +207,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     }
 }
 
-fn warn_of_mesh(mesh: &StitchMesh, console: Console) {
+pub(super) fn warn_of_mesh(mesh: &StitchMesh, console: Console) {
     let (apart, greatest) = gaps(mesh);
     if apart > 0 {
         console.warn(format_args!(
@@ -411,7 +411,7 @@ impl Job<'_> {
     }
 }
 
-fn fallen_faces<T: Scalar>(scene: &Scene, output: &FrameOutput<T>) -> Vec<FaceId> {
+pub(super) fn fallen_faces<T: Scalar>(scene: &Scene, output: &FrameOutput<T>) -> Vec<FaceId> {
     let mut faces: Vec<FaceId> = scene
         .batches
         .iter()

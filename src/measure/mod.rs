@@ -7,8 +7,8 @@ pub mod clearance;
 #[cfg(feature = "measure")]
 pub mod database;
 pub mod misfit;
-#[cfg(feature = "measure")]
-mod picture;
+#[cfg(any(feature = "gpu", feature = "measure"))]
+pub(crate) mod picture;
 pub mod stress;
 pub mod stretch;
 #[cfg(feature = "measure")]

@@ -21,18 +21,30 @@ pub fn font() -> Result<()> {
     register_font(FONT, FontStyle::Normal, ttf_noto_sans::REGULAR).map_err(|_| undrawn("its font is broken"))
 }
 
-/// A picture of `size` pixels as PNG; `draw` draws it [`FINER`] times as large.
+/// A picture of `size` pixels, three bytes each; `draw` draws it [`FINER`] times as large, on black.
 ///
 /// # Errors
 /// Those of `draw`.
-pub fn png(
+pub fn pixels(
     size: (u32, u32),
     draw: impl FnOnce(DrawingArea<BitMapBackend, Shift>) -> Result<()>,
 ) -> Result<Vec<u8>> {
     let large = (FINER * size.0, FINER * size.1);
-    let mut fine = vec![0; (3 * large.0 * large.1) as usize];
+    let mut fine = vec![0; 3 * large.0 as usize * large.1 as usize];
     draw(BitMapBackend::with_buffer(&mut fine, large).into_drawing_area())?;
-    let pixels = averaged(&fine, size);
+    Ok(averaged(&fine, size))
+}
+
+/// The same as PNG.
+///
+/// # Errors
+/// Those of `draw`.
+#[cfg(feature = "measure")]
+pub fn png(
+    size: (u32, u32),
+    draw: impl FnOnce(DrawingArea<BitMapBackend, Shift>) -> Result<()>,
+) -> Result<Vec<u8>> {
+    let pixels = pixels(size, draw)?;
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, size.0, size.1);
     encoder.set_color(png::ColorType::Rgb);
