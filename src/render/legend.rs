@@ -127,7 +127,7 @@ impl Legend {
                     place.fill([m + bar, y - thick / 2], [s / 3, thick], ink);
                     // Where there is little room, not every tick is named.
                     if last - y >= layout.line * 4 / 5 {
-                        texts.push((label, s, (m + bar + s * 2 / 3, y - s * 9 / 16)));
+                        texts.push((label, s, (m + bar + s * 2 / 3, y - s * 5 / 16)));
                         last = y;
                     }
                 }
@@ -138,7 +138,7 @@ impl Legend {
                 let shown = if rows.len() > room { room - 1 } else { rows.len() };
                 for (i, (name, colour)) in rows.iter().take(shown).enumerate() {
                     let y = layout.top + layout.line * i as i32;
-                    place.fill([m, y + s / 8], [s, s], *colour);
+                    place.fill([m, y - s / 6], [s, s], *colour);
                     texts.push((name, s, (m + s * 3 / 2, y)));
                 }
                 labels = vec![(0.0, format!("and {} more", rows.len() - shown))];

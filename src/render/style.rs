@@ -92,8 +92,9 @@ impl Style {
             }
             Self::Error => [0.0, round_up(high.max(0.001))],
             Self::Energy => {
-                let low = low.log10().floor().min(high.log10().ceil() - 1.0);
-                [10f64.powf(low), 10f64.powf(high.log10().ceil().max(low + 1.0))]
+                let least = f64::from(LEAST_ENERGY).log10().round();
+                let high = high.log10().ceil().max(least + 1.0);
+                [10f64.powf(low.log10().floor().clamp(least, high - 1.0)), 10f64.powf(high)]
             }
             _ => {
                 let step = round_up((high - low).max(0.01 * high.abs()).max(1e-6) / 4.0);
