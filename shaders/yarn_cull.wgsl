@@ -53,13 +53,13 @@ fn level_of(i: u32) -> u32 {
     let size = r * scale;
     let bow = length(bulge) * scale;
     var level = 0u;
-    if size > 1.2 || bow > 0.3 {
+    if size > 2.2 || bow > 0.5 {
         level = 1u;
     }
-    if size > 4.0 || bow > 1.0 {
+    if size > 5.0 || bow > 1.2 {
         level = 2u;
     }
-    if size > 16.0 || bow > 4.0 {
+    if size > 18.0 || bow > 4.0 {
         level = 3u;
     }
     return level;

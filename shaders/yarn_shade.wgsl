@@ -12,7 +12,7 @@ struct Shaded {
     @location(0) p: vec3<f32>,
     @location(1) normal: vec3<f32>,
     @location(2) tangent: vec3<f32>,
-    @location(3) map: vec2<f32>,
+    @location(3) side: vec4<f32>,
     @location(4) colour: vec3<f32>,
     @location(5) stretch: f32,
 }
@@ -20,7 +20,7 @@ struct Shaded {
 @vertex
 fn shade_vertex(@builtin(vertex_index) number: u32, @builtin(instance_index) instance: u32) -> Shaded {
     let v = tube(number, instance);
-    return Shaded(eye.clip * vec4<f32>(v.p, 1.0), v.p, v.normal, v.tangent, v.map, v.colour, v.stretch);
+    return Shaded(eye.clip * vec4<f32>(v.p, 1.0), v.p, v.normal, v.tangent, vec4<f32>(v.side, v.along), v.colour, v.stretch);
 }
 
 // Places on a disc, even however many are taken (Vogel's spiral).
@@ -89,9 +89,20 @@ fn shade(in: Shaded) -> @location(0) vec4<f32> {
     var open = 1.0;
     var tone = 1.0;
     var fibre = tangent;
-    let texel = textureSample(fibres, fibre_sampler, in.map);
+    let across = cross(tangent, smooth_normal);
+    // Turns around, and how fast they change: where one way to count them jumps, the other does not.
+    let side = in.side.xyz - tangent * dot(in.side.xyz, tangent);
+    let around = atan2(dot(smooth_normal, cross(tangent, side)), dot(smooth_normal, side)) / 6.2831853;
+    let other = fract(around);
+    let dx = select(dpdx(other), dpdx(around), abs(dpdx(around)) < abs(dpdx(other)));
+    let dy = select(dpdy(other), dpdy(around), abs(dpdy(around)) < abs(dpdy(other)));
+    // Texels a pixel, of its two sides the geometric mean: the greater alone would blur what is seen from the side.
+    let texels = vec2<f32>(textureDimensions(fibres));
+    let right = length(vec2<f32>(dpdx(in.side.w), dx) * texels);
+    let down = length(vec2<f32>(dpdy(in.side.w), dy) * texels);
+    let level_of_map = max(0.5 * log2(max(right * down, 1e-12)), log2(max(right, down)) - 1.5);
+    let texel = textureSampleLevel(fibres, fibre_sampler, vec2<f32>(in.side.w, around), level_of_map);
     if light.shading.w != 0.0 {
-        let across = cross(tangent, smooth_normal);
         // The map's second direction goes round with the sides' order.
         let slopes = (texel.xy * 2.0 - 1.0 - 1.0 / 255.0) * 0.9;
         let up = sqrt(max(1.0 - dot(slopes, slopes), 0.05));

@@ -1,5 +1,5 @@
-// A segment's tube, an instance each: rings of vertices along the curve. Far ones face the eye, so that they are as wide as they should
-// be however few vertices they have; the furthest are half tubes.
+// A segment's tube, an instance each: rings of vertices along the curve. Far ones are the halves that face the eye, as wide as they
+// should be however few vertices they have.
 
 struct Level {
     // Steps along a segment, around its tube; which list, and whether it is read from its end.
@@ -8,7 +8,7 @@ struct Level {
     list: u32,
     backwards: u32,
     room: u32,
-    // Whether rings face the eye: 1 as half tubes, 2 all around.
+    // Whether rings are the halves that face the eye.
     faces: u32,
 }
 
@@ -33,8 +33,9 @@ struct Vertex {
     p: vec3<f32>,
     normal: vec3<f32>,
     tangent: vec3<f32>,
-    // Turns along, turns around.
-    map: vec2<f32>,
+    // Where turns around are counted from, and turns along.
+    side: vec3<f32>,
+    along: f32,
     radius: f32,
     stretch: f32,
     colour: vec3<f32>,
@@ -72,7 +73,7 @@ fn tube(number: u32, instance: u32) -> Vertex {
         out.radius = here.w * cos(angle);
         side = sides[i].xyz;
         out.normal = out.tangent * (outwards * sin(angle));
-        out.map.x = fixed[i].z + outwards * fixed[i].w * 0.1 * t;
+        out.along = fixed[i].z + outwards * fixed[i].w * 0.1 * t;
         out.stretch = sides[i].w;
         out.colour = light_of(colours[i]);
         if outwards < 0.0 {
@@ -82,7 +83,7 @@ fn tube(number: u32, instance: u32) -> Vertex {
             out.p = here.xyz - out.tangent * (here.w * sin(inwards));
             out.radius = here.w * cos(inwards);
             out.normal = -out.tangent * sin(inwards);
-            out.map.x = fixed[i].z - fixed[i].w * 0.1 * t;
+            out.along = fixed[i].z - fixed[i].w * 0.1 * t;
         }
     } else {
         let next = links[i].y;
@@ -115,7 +116,7 @@ fn tube(number: u32, instance: u32) -> Vertex {
         let thinner = (1.0 - dot(enters, ends)) / (4.0 * f32(level.steps * level.steps));
         out.radius = mix(here.w, there.w, t) * (1.0 + thinner);
         out.normal = vec3<f32>(0.0);
-        out.map.x = fixed[i].z + fixed[i].w * t;
+        out.along = fixed[i].z + fixed[i].w * t;
         out.stretch = mix(sides[i].w, sides[next].w, t);
         out.colour = mix(light_of(colours[i]), light_of(colours[next]), t);
     }
@@ -123,23 +124,18 @@ fn tube(number: u32, instance: u32) -> Vertex {
     // No thinner than a part of a pixel: else it would be seen here and there only.
     let least = eye.scale.z / pixels(eye, out.p);
     out.radius = max(out.radius, least * f32((item & CAP) == 0u));
-    let across = cross(out.tangent, side);
+    out.side = side;
     var ray_zero = side;
     // Rings are as wide in the mean, seen from all sides, as the circles that they stand for.
     let sides_of_ring = f32(level.around);
     var wide = 0.5 * TAU / (sides_of_ring * sin(0.5 * TAU / sides_of_ring));
     var angle = TAU * f32(spoke) / f32(level.around);
-    out.map.y = f32(spoke) / f32(level.around);
     if level.faces != 0u {
         let facing = look - out.tangent * dot(look, out.tangent);
         let l = length(facing);
         ray_zero = select(side, facing / l, l > 1e-3);
         wide = 1.0;
-        if level.faces == 1u {
-            angle = 0.25 * TAU * (f32(spoke) - 1.0);
-        }
-        // Where that is on the yarn.
-        out.map.y = (atan2(dot(ray_zero, across), dot(ray_zero, side)) + angle) / TAU;
+        angle = 0.5 * TAU * (f32(spoke) / f32(level.around) - 0.5);
     }
     let ray = ray_zero * cos(angle) + cross(out.tangent, ray_zero) * sin(angle);
     out.normal += ray * select(1.0, sqrt(max(1.0 - dot(out.normal, out.normal), 0.0)), (item & CAP) != 0u);

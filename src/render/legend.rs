@@ -285,7 +285,12 @@ mod tests {
         let legend = Legend {
             title: "Tension".into(),
             unit: "length / rest".into(),
-            scale: Scale::Bar { stops: super::super::colour::DIVERGING, low: 0.9, high: 1.1, logarithmic: false },
+            scale: Scale::Bar {
+                stops: super::super::colour::DIVERGING,
+                low: 0.9,
+                high: 1.1,
+                logarithmic: false,
+            },
         };
         for colour in [[255, 255, 255, 255], [20, 20, 30, 255], [0; 4]] {
             let mut picture = Picture::plain(200, 150, colour);

@@ -3,7 +3,7 @@
 use super::camera::Camera;
 use super::look::Look;
 use super::parts::{self, NONE, Part};
-use super::passes::{LEVELS, Passes};
+use super::passes::{HALVES, LEVELS, Passes};
 use super::picture::Picture;
 use super::strands::Strands;
 pub use super::targets::Canvas;
@@ -239,7 +239,7 @@ impl Painter {
                 list: i as u32 / 2,
                 backwards: i as u32 % 2,
                 room: room as u32,
-                faces: [1, 2, 0, 0][i],
+                faces: u32::from(i < HALVES),
                 unused: [0; 58],
             };
             let levels: Vec<Level> = LEVELS.iter().enumerate().map(level).collect();

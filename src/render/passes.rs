@@ -7,8 +7,10 @@ use crate::Result;
 use crate::backend::gpu::Device;
 use wgpu::{BufferBindingType, ShaderStages, TextureSampleType};
 
-/// How finely a level is drawn: steps along a segment, sides of its tube (2: half a tube that faces the eye).
-pub const LEVELS: [[u32; 2]; 4] = [[2, 2], [3, 8], [4, 16], [8, 32]];
+/// How finely a level is drawn: steps along a segment, sides of its tube; the first two are the halves of tubes that face the eye.
+pub const LEVELS: [[u32; 2]; 4] = [[2, 2], [2, 4], [4, 16], [8, 32]];
+/// How many levels are halves.
+pub const HALVES: usize = 2;
 
 #[derive(Debug)]
 pub struct Passes {
@@ -250,7 +252,6 @@ impl Passes {
             address_mode_u: wgpu::AddressMode::Repeat,
             address_mode_v: wgpu::AddressMode::Repeat,
             mipmap_filter: wgpu::MipmapFilterMode::Linear,
-            anisotropy_clamp: 8,
             ..by_linear.clone()
         });
         let compare = device.device.create_sampler(&wgpu::SamplerDescriptor {

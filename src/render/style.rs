@@ -78,8 +78,7 @@ impl Style {
     /// Between which numbers colours change, so that a few outliers do not decide: round numbers around all but 2 % of `numbers` at
     /// either end, for tension as far below 1 as above. `None` where there are no numbers.
     pub fn range(self, numbers: &[f32]) -> Option<[f64; 2]> {
-        let mut finite: Vec<f64> =
-            numbers.iter().copied().filter(|x| x.is_finite()).map(f64::from).collect();
+        let mut finite: Vec<f64> = numbers.iter().copied().filter(|x| x.is_finite()).map(f64::from).collect();
         if finite.is_empty() {
             return None;
         }

@@ -120,7 +120,7 @@ impl Geometry {
         Self {
             eye: eye(clip, camera.eye.extend(1.0), focal, 0.3),
             // Shadows need no fine silhouettes.
-            from_light: eye(light_clip, key.extend(0.0), 0.4 / texel, 0.5),
+            from_light: eye(light_clip, key.extend(0.0), 0.2 / texel, 0.5),
             light: Light {
                 clip: columns(light_clip),
                 view: columns(view),

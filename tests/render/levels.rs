@@ -53,7 +53,7 @@ fn a_finer_level_changes_little() {
         let (coarse, fine) = (picture(1.0), picture(20.0));
         let covers = covered(&coarse) / covered(&fine);
         assert!((covers - 1.0).abs() < 0.02, "{height}: {covers}");
-        assert!(apart(&coarse, &fine) < 2.5, "{height}: {}", apart(&coarse, &fine));
+        assert!(apart(&coarse, &fine) < 5.0, "{height}: {}", apart(&coarse, &fine));
     }
 }
 

@@ -99,9 +99,14 @@ fn fitted(extent: &Extent, start: Camera, axes: &Axes, aspect: f64, angles: &[f6
         }
         let towards = camera.towards();
         let up = (camera.up - towards * camera.up.dot(towards)).normalize_or_zero();
-        let middle = [ends[0] + ends[1], ends[2] + ends[3]].map(|m| if m.is_finite() { m / 2.0 * from } else { 0.0 });
+        let middle =
+            [ends[0] + ends[1], ends[2] + ends[3]].map(|m| if m.is_finite() { m / 2.0 * from } else { 0.0 });
         // What is turned stays on its axis.
-        let aside = if angles.len() > 1 { axes.up * middle[1] } else { up.cross(towards) * middle[0] + up * middle[1] };
+        let aside = if angles.len() > 1 {
+            axes.up * middle[1]
+        } else {
+            up.cross(towards) * middle[0] + up * middle[1]
+        };
         camera.target += aside;
         camera.eye = camera.target + towards * distance;
     }

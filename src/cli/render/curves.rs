@@ -86,9 +86,8 @@ impl FromCurves {
             curves = self.reader.next_frame()?;
             self.next += 1;
         }
-        let curves = curves.ok_or_else(|| {
-            Error::invalid(format_args!("{}: found no frame {frame}", self.path.display()))
-        })?;
+        let curves = curves
+            .ok_or_else(|| Error::invalid(format_args!("{}: found no frame {frame}", self.path.display())))?;
         self.strands = Strands::of_curves(&curves, self.radius)?;
         if !self.palette.is_empty() {
             for (yarn, ends) in self.strands.offsets.windows(2).enumerate() {

@@ -4,9 +4,8 @@ use super::{Arguments, Up};
 use crate::cli::relax::{fallen_faces, warn_of_mesh};
 use crate::cli::{Console, inputs, knit};
 use glam::DVec3;
-use knotmesh::backend::{
-    Backend, DeviceBackend, FrameOutput, Recipe, Running, Wanted, middle, table_cache,
-};
+use knotmesh::backend::gpu::DevicePoints;
+use knotmesh::backend::{Backend, DeviceBackend, FrameOutput, Recipe, Running, Wanted, middle, table_cache};
 use knotmesh::design::{self, Knitted};
 use knotmesh::io::chart::swatch::{self, Swatch};
 use knotmesh::io::frames::{Frames, frame_range};
@@ -54,7 +53,9 @@ impl FromMesh {
         }
         let mode = arguments.mode.map_or(Mode::Relax, Mode::from);
         if style == Style::Energy && mode != Mode::Relax {
-            return Err(Error::invalid("--style energy: expected --mode relax; other modes solve for nothing"));
+            return Err(Error::invalid(
+                "--style energy: expected --mode relax; other modes solve for nothing",
+            ));
         }
         let (mesh, library, rest, gauge) = if pattern {
             (knit(arguments, console)?, TemplateLibrary::embedded(), None, None)
@@ -143,10 +144,37 @@ impl FromMesh {
     pub fn read(&mut self, frame: usize) -> Result<()> {
         if self.at != Some(frame) {
             self.solve(frame)?;
-            self.strands.move_to(&self.output);
-            self.measure();
+            // A device may keep points to itself; one that fails does not.
+            if !self.output.points.is_empty() {
+                self.strands.move_to(&self.output);
+                self.measure();
+            }
         }
         Ok(())
+    }
+
+    /// The points of the frame that was read last, where they lie on the device that they were solved on.
+    pub fn device_points(&self) -> Option<DevicePoints<'_>> {
+        self.backend.device_points()
+    }
+
+    /// Points need not come back from now on, unless numbers are found from them.
+    pub fn keep_points(&mut self) -> Result<()> {
+        let points = self.style.is_number();
+        self.backend.set_wanted(Wanted { points, knots: false, curves: 0 })
+    }
+
+    /// Whether the points of that frame are here.
+    pub fn has_points(&self) -> bool {
+        !self.output.points.is_empty()
+    }
+
+    /// A box around the yarn of the frame that was read last.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let margin = self.scene.gauge * 0.5;
+        let finite = self.positions.iter().copied().filter(|p| p.is_finite());
+        let low = finite.clone().fold(DVec3::INFINITY, DVec3::min);
+        [low - margin, finite.fold(DVec3::NEG_INFINITY, DVec3::max) + margin]
     }
 
     fn solve(&mut self, frame: usize) -> Result<()> {
@@ -167,8 +195,7 @@ impl FromMesh {
 
     fn measure(&mut self) {
         if self.style.is_number() {
-            self.numbers =
-                self.style.of_frame(&self.strands, &self.scene, &self.output, &self.positions);
+            self.numbers = self.style.of_frame(&self.strands, &self.scene, &self.output, &self.positions);
         }
     }
 

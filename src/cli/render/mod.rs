@@ -188,7 +188,11 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     let strip = legend.as_ref().map_or(Ok(0), |l| l.width(size))?;
     let view = camera::Framing::new(arguments, &source, &extent, [size[0] - strip, size[1]]);
 
-    let mut studio = Studio::open(arguments, style, [size[0] - strip, size[1]], console)?;
+    // The first pass needed points here; from now on they may stay where they are.
+    if let Some(mesh) = source.mesh() {
+        mesh.keep_points()?;
+    }
+    let mut studio = Studio::open(arguments, style, &mut source, [size[0] - strip, size[1]], console)?;
     progress.steps(shots.len(), "drawing", "picture");
     let mut shown = None;
     for (done, shot) in shots.iter().enumerate() {
@@ -197,7 +201,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
             if let Some(range) = range {
                 source.colour(|number| style.colour(range, number));
             }
-            studio.show(&source)?;
+            studio.show(&mut source)?;
             shown = Some(shot.frame);
         }
         let mut picture = studio.paint(&view.camera(shot.turn))?;
@@ -265,7 +269,9 @@ fn check(arguments: &Arguments) -> Result<()> {
         }
     }
     if !arguments.colour.is_empty() && style != Style::Yarn {
-        return Err(Error::invalid("--colour: expected --style yarn; other styles have colours of their own"));
+        return Err(Error::invalid(
+            "--colour: expected --style yarn; other styles have colours of their own",
+        ));
     }
     Ok(())
 }
@@ -298,12 +304,7 @@ fn range(arguments: &Arguments, style: Style, numbers: &[f32]) -> Result<Option<
     Ok(Some(arguments.range.as_ref().map_or(found, |given| given.0)))
 }
 
-fn legend(
-    arguments: &Arguments,
-    style: Style,
-    source: &Source,
-    range: Option<[f64; 2]>,
-) -> Option<Legend> {
+fn legend(arguments: &Arguments, style: Style, source: &Source, range: Option<[f64; 2]>) -> Option<Legend> {
     if arguments.no_legend {
         return None;
     }
@@ -323,7 +324,13 @@ struct Studio {
 }
 
 impl Studio {
-    fn open(arguments: &Arguments, style: Style, size: [u32; 2], console: Console) -> Result<Self> {
+    fn open(
+        arguments: &Arguments,
+        style: Style,
+        source: &mut Source,
+        size: [u32; 2],
+        console: Console,
+    ) -> Result<Self> {
         let name = arguments.device.adapter.as_deref();
         let adapter = match name {
             Some(_) => Adapter::choose(name)?,
@@ -336,7 +343,8 @@ impl Studio {
         };
         let report = adapter.report();
         console.say(format_args!("drawing on {report}"));
-        let painter = Painter::open(&adapter)?;
+        let beside = source.mesh().and_then(|mesh| mesh.device_points());
+        let painter = beside.map_or_else(|| Painter::open(&adapter), |points| Painter::beside(&points))?;
         let canvas = painter.canvas(size[0], size[1])?;
         let look = Look {
             shading: if style == Style::Yarn { Shading::Yarn } else { Shading::Numbers },
@@ -350,15 +358,24 @@ impl Studio {
     }
 
     /// Takes the yarn of the frame that was read last.
-    fn show(&mut self, source: &Source) -> Result<()> {
+    fn show(&mut self, source: &mut Source) -> Result<()> {
         let strands = source.strands();
         match &mut self.yarn {
-            Some((yarn, offsets)) if *offsets == strands.offsets => self.painter.update(yarn, strands),
-            yarn => {
-                *yarn = Some((self.painter.yarn(strands)?, strands.offsets.clone()));
-                Ok(())
+            Some((yarn, offsets)) if *offsets == strands.offsets => {
+                if source.has_points() {
+                    self.painter.update(yarn, source.strands())?;
+                }
             }
+            yarn => *yarn = Some((self.painter.yarn(strands)?, strands.offsets.clone())),
         }
+        // Points that are not here lie on the device.
+        if let (Some((yarn, _)), Some(mesh)) = (&mut self.yarn, source.mesh())
+            && !mesh.has_points()
+            && let Some(points) = mesh.device_points()
+        {
+            self.painter.take(yarn, &points, mesh.bounds())?;
+        }
+        Ok(())
     }
 
     fn paint(&mut self, camera: &Camera) -> Result<Picture> {

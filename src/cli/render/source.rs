@@ -109,6 +109,22 @@ impl Source {
         }
     }
 
+    /// Whether the points of the frame at hand are here.
+    pub fn has_points(&self) -> bool {
+        match self {
+            Self::Mesh(mesh) => mesh.has_points(),
+            Self::Curves(_) => true,
+        }
+    }
+
+    /// The mesh, if it is one.
+    pub fn mesh(&mut self) -> Option<&mut FromMesh> {
+        match self {
+            Self::Mesh(mesh) => Some(mesh),
+            Self::Curves(_) => None,
+        }
+    }
+
     /// Whether there are more frames than one, drawn or not.
     pub fn moves(&self) -> bool {
         match self {

@@ -31,8 +31,9 @@ impl FromStr for Behind {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let colour = |t: &str| {
-            let wrong =
-                |_| format!("found '{t}', expected paper, white, transparent, or one or two colours as #rrggbb");
+            let wrong = |_| {
+                format!("found '{t}', expected paper, white, transparent, or one or two colours as #rrggbb")
+            };
             t.trim().parse::<Colour>().map(|c| c.0).map_err(wrong)
         };
         Ok(Self(match text {
