@@ -19,6 +19,10 @@ pub(super) struct Implicit {
     made_for: Option<(f64, f64)>,
     held: Vec<u32>,
     right: Vec<DVec3>,
+    /// Forces without those of contacts.
+    bare: Vec<DVec3>,
+    /// The matrix's diagonal, masses included.
+    full: Vec<f64>,
 }
 
 impl Implicit {
@@ -51,6 +55,8 @@ impl Implicit {
         Self {
             factor: Factor::new(&cloth.rest, &pairs),
             right: vec![DVec3::ZERO; diagonal.len()],
+            bare: vec![DVec3::ZERO; diagonal.len()],
+            full: diagonal.clone(),
             diagonal,
             entries: merged,
             made_for: None,
@@ -73,20 +79,21 @@ impl Implicit {
         let share = 1.0 / (h * h * (1.0 + gamma));
         let diagonal: Vec<f64> =
             self.diagonal.iter().zip(&cloth.masses).map(|(k, m)| k + m * share).collect();
+        self.full.copy_from_slice(&diagonal);
         self.factor.factor(&diagonal, &self.entries, |node| inverse_mass[node] == 0.0);
         self.made_for = Some((h, gamma));
         self.held.clear();
         self.held.extend_from_slice(held);
     }
 
-    /// One iteration. `before` are positions at the start of the step.
-    pub fn iterate(
+    /// The forces on nodes at `x`, inertia included, N; scaled as the matrix is. `before` are positions at the start of the step.
+    pub fn residual(
         &mut self,
         cloth: &Cloth,
         (h, gamma): (f64, f64),
         inverse_mass: &[f64],
         (before, goal): (&[DVec3], &[DVec3]),
-        x: &mut [DVec3],
+        x: &[DVec3],
     ) {
         let (inertia, scale) = (1.0 / (h * h), 1.0 / (1.0 + gamma));
         self.right.par_iter_mut().enumerate().with_min_len(4096).for_each(|(n, r)| {
@@ -100,6 +107,36 @@ impl Implicit {
         self.right.par_iter_mut().zip(inverse_mass).with_min_len(4096).for_each(|(r, w)| {
             *r = if *w > 0.0 { *r * scale } else { DVec3::ZERO };
         });
+    }
+
+    /// The matrix's diagonal, and the forces of [`Self::residual`], for contacts to be added.
+    pub fn contact(&mut self) -> (&[f64], &mut [DVec3]) {
+        self.bare.copy_from_slice(&self.right);
+        (&self.full, &mut self.right)
+    }
+
+    /// Moves nodes to where the matrix has the forces vanish.
+    pub fn solve(&mut self, x: &mut [DVec3]) {
         self.factor.add_solution(&self.right, x);
+    }
+
+    /// Takes what [`Self::contact`] added away from each node by itself, for contacts to be found anew: so nodes that were lifted
+    /// come back while a contact still bears them.
+    pub fn let_go(&self, x: &mut [DVec3]) {
+        let forces = self.bare.par_iter().zip(&self.right);
+        x.par_iter_mut().zip(forces).zip(&self.full).with_min_len(4096).for_each(|((x, (bare, r)), a)| {
+            if bare != r {
+                *x += (*bare - *r) / *a;
+            }
+        });
+    }
+
+    /// Moves each node as if the others stayed.
+    pub fn smooth(&self, x: &mut [DVec3]) {
+        x.par_iter_mut().zip(&self.right).zip(&self.full).with_min_len(4096).for_each(|((x, r), a)| {
+            if *a > 0.0 {
+                *x += *r / *a;
+            }
+        });
     }
 }

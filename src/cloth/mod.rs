@@ -22,7 +22,7 @@ mod watch;
 
 pub use natural::{Factors, Front, Sizes};
 pub use relax::{RelaxOptions, RelaxReport, relax};
-pub use step::{FrameReport, StepOptions, Stepper, Surroundings};
+pub use step::{FrameReport, StepOptions, Stepper, Support, Surroundings};
 
 use crate::mesh::StitchMesh;
 use crate::template::TemplateLibrary;

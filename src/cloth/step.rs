@@ -9,6 +9,10 @@ use crate::Result;
 use glam::DVec3;
 use rayon::prelude::*;
 
+/// Longest steps, s, in which contacts bear cloth within the solve. In longer ones they lift it off (`docs/scenes.md`), and it is
+/// only pushed out afterwards.
+pub const LONGEST_BORNE: f64 = 2.5e-3;
+
 /// What a scene does to nodes; called by the stepper. All methods do nothing unless written.
 ///
 /// A frame that goes wrong is done again in smaller steps, so `time` may go back to the frame's start: what a scene does
@@ -24,6 +28,19 @@ pub trait Surroundings: Send {
         let _ = (time, positions);
     }
 
+    /// Adds the forces of contacts, N, to `forces`, which act on nodes at `positions` while these go on from `previous`, inertia
+    /// included; how many there are.
+    fn support(&mut self, step: &Support, forces: &mut [DVec3]) -> usize {
+        let _ = (step, forces);
+        0
+    }
+
+    /// Pushes nodes out of colliders with friction, for [`Self::support`] and what follows on it; how many were touched.
+    fn confine(&mut self, time: f64, dt: f64, previous: &[DVec3], positions: &mut [DVec3]) -> usize {
+        let _ = (time, dt, previous, positions);
+        0
+    }
+
     /// Pushes nodes out of colliders and of each other and applies friction, after a substep's elastic constraints. `previous`
     /// are positions at its start, `time` is its end. Held nodes are put back afterwards.
     fn collide(&mut self, time: f64, dt: f64, previous: &[DVec3], positions: &mut [DVec3]) {
@@ -37,6 +54,21 @@ pub trait Surroundings: Send {
     }
 }
 
+/// A substep of which contact forces are asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Support<'a> {
+    /// Its end, s.
+    pub time: f64,
+    /// Its length, s.
+    pub dt: f64,
+    /// `[node]` m, at its start.
+    pub previous: &'a [DVec3],
+    /// `[node]` m, out of colliders.
+    pub positions: &'a [DVec3],
+    /// `[node]` force that an own displacement meets, N/m, inertia included.
+    pub stiffness: &'a [f64],
+}
+
 /// Nothing around.
 impl Surroundings for () {}
 
@@ -47,6 +79,8 @@ pub struct StepOptions {
     pub substeps: usize,
     /// Iterations of a substep. More substeps gain more than more iterations.
     pub iterations: usize,
+    /// After contact, how often nodes are moved one by one to where their forces balance, and out of colliders again.
+    pub sweeps: usize,
     /// Rate at which velocities fade, 1/s: air.
     pub damping: f64,
     /// Damping time of springs and bends, s: their force is stiffness times (violation + this times its rate).
@@ -62,6 +96,7 @@ impl Default for StepOptions {
         Self {
             substeps: 4,
             iterations: 1,
+            sweeps: 1,
             damping: 0.2,
             elastic_damping: 0.0,
             speed_limit: 100.0,
@@ -302,8 +337,25 @@ impl Stepper {
         let gamma = self.options.elastic_damping / h;
         self.implicit.prepare(&self.cloth, h, gamma, &self.held, inverse_mass);
         let ends = (&self.previous[..], &self.goal[..]);
+        let bears = h <= LONGEST_BORNE;
+        let mut touched = if bears { surroundings.confine(end, h, &self.previous, x) } else { 0 };
         for _ in 0..self.options.iterations {
-            self.implicit.iterate(&self.cloth, (h, gamma), inverse_mass, ends, x);
+            self.implicit.residual(&self.cloth, (h, gamma), inverse_mass, ends, x);
+            if bears {
+                let (stiffness, forces) = self.implicit.contact();
+                let step = Support { time: end, dt: h, previous: &self.previous, positions: x, stiffness };
+                touched += surroundings.support(&step, forces);
+            }
+            self.implicit.solve(x);
+        }
+        if touched > 0 {
+            self.implicit.let_go(x);
+            surroundings.confine(end, h, &self.previous, x);
+            for _ in 0..self.options.sweeps {
+                self.implicit.residual(&self.cloth, (h, gamma), inverse_mass, ends, x);
+                self.implicit.smooth(x);
+                surroundings.confine(end, h, &self.previous, x);
+            }
         }
         surroundings.collide(end, h, &self.previous, x);
         for (node, place) in self.held.iter().zip(&self.held_at) {
@@ -350,6 +402,7 @@ fn check(cloth: &Cloth, start: &[DVec3], options: &StepOptions) -> Result<()> {
     let rates = [options.damping, options.elastic_damping];
     let fine = (1..=100_000).contains(&options.substeps)
         && (1..=1000).contains(&options.iterations)
+        && options.sweeps <= 1000
         && rates.iter().all(|r| r.is_finite() && *r >= 0.0)
         && options.speed_limit > 0.0
         && options.retries <= 10;
@@ -357,7 +410,7 @@ fn check(cloth: &Cloth, start: &[DVec3], options: &StepOptions) -> Result<()> {
         Ok(())
     } else {
         Err(crate::Error::invalid(format_args!(
-            "{options:?}: expected 1 to 100000 substeps, 1 to 1000 iterations, damping of 0 or more, a positive speed limit, up to 10 retries"
+            "{options:?}: expected 1 to 100000 substeps, 1 to 1000 iterations, up to 1000 sweeps, damping of 0 or more, a positive speed limit, up to 10 retries"
         )))
     }
 }

@@ -41,13 +41,23 @@ pub struct LayerContacts {
     pub deep: f64,
 }
 
+/// A node where it was sorted in.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    at: DVec3,
+    cell: IVec3,
+    node: u32,
+}
+
 /// Nodes sorted into cells, which are hashed into a table.
 #[derive(Clone, Debug, Default)]
 struct Grid {
-    cell: f64,
+    /// Slots of the table, a power of two, less one.
+    mask: usize,
     /// `[slot + 1]` into `nodes`.
     offsets: Vec<u32>,
-    nodes: Vec<u32>,
+    /// By slot.
+    nodes: Vec<Place>,
     /// `[node]` its cell.
     cells: Vec<IVec3>,
 }
@@ -165,37 +175,18 @@ impl Layers {
         let (grid, offsets, excluded) = (&self.grid, &self.excluded_offsets, &self.excluded);
         let inverse_mass = &self.inverse_mass;
         self.found.resize(positions.len().div_ceil(CHUNK), Vec::new());
-        let marks = || vec![u32::MAX; positions.len()];
-        self.found.par_iter_mut().enumerate().for_each_init(marks, |marks, (chunk, found)| {
+        self.found.par_iter_mut().enumerate().for_each(|(chunk, found)| {
             found.clear();
-            let nodes = chunk * CHUNK..positions.len().min((chunk + 1) * CHUNK);
-            for node in nodes {
-                // Neighbours are marked with the node's number, which is quicker than to look them up.
-                let skip = &excluded[offsets[node] as usize..offsets[node + 1] as usize];
-                skip.iter().for_each(|n| marks[*n as usize] = node as u32);
+            for node in chunk * CHUNK..positions.len().min((chunk + 1) * CHUNK) {
+                let near = &excluded[offsets[node] as usize..offsets[node + 1] as usize];
                 let begin = found.len();
-                let place = positions[node];
-                grid.around(node, |other| {
-                    if other as usize > node
-                        && marks[other as usize] != node as u32
-                        && positions[other as usize].distance_squared(place) <= within * within
-                        && inverse_mass[node] + inverse_mass[other as usize] > 0.0
-                    {
+                grid.around(node, positions[node], within * within, |other| {
+                    // Few are so near, so that a look through neighbours costs little.
+                    if !near.contains(&other) && inverse_mass[node] + inverse_mass[other as usize] > 0.0 {
                         found.push([node as u32, other]);
                     }
                 });
-                // Two cells may share a slot of the table.
                 found[begin..].sort_unstable();
-                let mut last = None;
-                let mut kept = begin;
-                for i in begin..found.len() {
-                    if last != Some(found[i]) {
-                        last = Some(found[i]);
-                        found[kept] = found[i];
-                        kept += 1;
-                    }
-                }
-                found.truncate(kept);
             }
         });
         self.pairs.clear();
@@ -215,20 +206,26 @@ fn most_moved(from: &[DVec3], to: &[DVec3]) -> f64 {
 }
 
 impl Grid {
+    /// Cells in a row along x have slots in a row, so that three are looked at as one.
     fn slot(&self, cell: IVec3) -> usize {
-        let hash = (cell.x as u32).wrapping_mul(73_856_093)
-            ^ (cell.y as u32).wrapping_mul(19_349_663)
-            ^ (cell.z as u32).wrapping_mul(83_492_791);
-        hash as usize & (self.offsets.len() - 2)
+        let row = (cell.y as u32).wrapping_mul(19_349_663) ^ (cell.z as u32).wrapping_mul(83_492_791);
+        (row ^ row >> 15).wrapping_add(cell.x as u32) as usize & self.mask
     }
 
     /// Counts and sorts; nodes keep their order within a slot.
     fn fill(&mut self, positions: &[DVec3], cell: f64) {
-        self.cell = cell;
         // A cast of what is not finite, or too far, is some cell, and harmless.
+        let scale = 1.0 / cell;
         self.cells.clear();
-        self.cells.extend(positions.iter().map(|p| (*p / cell).floor().as_ivec3()));
-        let slots = (2 * positions.len()).next_power_of_two();
+        self.cells.extend(positions.iter().map(|p| {
+            let scaled = *p * scale;
+            let cut = scaled.as_ivec3();
+            // Rounded down, without a call.
+            let less = |cut: i32, scaled: f64| cut.wrapping_sub(i32::from(f64::from(cut) > scaled));
+            IVec3::new(less(cut.x, scaled.x), less(cut.y, scaled.y), less(cut.z, scaled.z))
+        }));
+        let slots = (2 * positions.len()).next_power_of_two().max(4);
+        self.mask = slots - 1;
         self.offsets.clear();
         self.offsets.resize(slots + 1, 0);
         for i in 0..positions.len() {
@@ -241,26 +238,37 @@ impl Grid {
             *offset = sum;
         }
         self.nodes.clear();
-        self.nodes.resize(positions.len(), 0);
+        self.nodes.resize(positions.len(), Place::default());
         for i in (0..positions.len()).rev() {
             let slot = self.slot(self.cells[i]);
             self.offsets[slot] -= 1;
-            self.nodes[self.offsets[slot] as usize] = i as u32;
+            self.nodes[self.offsets[slot] as usize] =
+                Place { at: positions[i], cell: self.cells[i], node: i as u32 };
         }
     }
 
-    /// All nodes in the cells around a node's (some perhaps twice, and some of other cells).
-    fn around(&self, node: usize, mut visit: impl FnMut(u32)) {
+    /// Nodes of higher numbers in the cells around a node's, within a squared distance of `at`; each once.
+    fn around(&self, node: usize, at: DVec3, squared: f64, mut visit: impl FnMut(u32)) {
         let cell = self.cells[node];
-        for x in -1..=1 {
-            for y in -1..=1 {
-                for z in -1..=1 {
-                    let around =
-                        IVec3::new(cell.x.wrapping_add(x), cell.y.wrapping_add(y), cell.z.wrapping_add(z));
-                    let slot = self.slot(around);
-                    let nodes = &self.nodes[self.offsets[slot] as usize..self.offsets[slot + 1] as usize];
-                    nodes.iter().for_each(|other| visit(*other));
+        let mut look = |places: &[Place], row: IVec3| {
+            for place in places {
+                // Other cells may share the slots.
+                let same = place.cell.y == row.y && place.cell.z == row.z;
+                let beside = place.cell.x.wrapping_sub(row.x).wrapping_add(1) as u32 <= 2;
+                if place.node as usize > node && place.at.distance_squared(at) <= squared && same && beside {
+                    visit(place.node);
                 }
+            }
+        };
+        for y in -1..=1 {
+            for z in -1..=1 {
+                let row = IVec3::new(cell.x, cell.y.wrapping_add(y), cell.z.wrapping_add(z));
+                let first = self.slot(IVec3::new(row.x.wrapping_sub(1), row.y, row.z));
+                let (begin, end) = (self.offsets[first] as usize, (first + 3).min(self.mask + 1));
+                look(&self.nodes[begin..self.offsets[end] as usize], row);
+                // The rest, where the table ends.
+                let rest = (first + 3).saturating_sub(self.mask + 1);
+                look(&self.nodes[..self.offsets[rest] as usize], row);
             }
         }
     }

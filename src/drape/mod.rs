@@ -5,7 +5,8 @@
 
 pub mod bvh;
 mod check;
-pub mod layers;
+mod groove;
+mod layers;
 pub mod motion;
 pub mod obstacle;
 mod refuse;

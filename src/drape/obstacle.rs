@@ -58,6 +58,17 @@ pub struct Contact {
     pub deep: f64,
 }
 
+/// A collider near a node.
+#[derive(Clone, Copy, Debug)]
+pub struct Felt {
+    /// How far it is from where the node may be, metres; negative inside.
+    pub gap: f64,
+    /// Away from it, of length 1.
+    pub normal: DVec3,
+    /// The node's way along it, metres.
+    pub way: DVec3,
+}
+
 impl Obstacle {
     /// The collider at time 0; `thickness` is for those that name none.
     pub fn new(collider: &Collider, thickness: f64) -> Self {
@@ -138,6 +149,46 @@ impl Obstacle {
         self.body.touch(q, f64::INFINITY, u32::MAX).map_or(f64::INFINITY, |t| t.distance)
     }
 
+    /// Friction on it.
+    pub fn friction(&self) -> &Friction {
+        &self.friction
+    }
+
+    /// What a node that goes from `previous` to `position` (world) feels of it, if it is within `reach` of where it may be.
+    pub fn feel(
+        &self,
+        (previous, position): (DVec3, DVec3),
+        dt: f64,
+        reach: f64,
+        near: &mut Near,
+    ) -> Option<Felt> {
+        let more = DVec3::splat(reach);
+        if !((position - more).cmple(self.extents[1]).all() && (position + more).cmpge(self.extents[0]).all())
+        {
+            return None;
+        }
+        let (start, q) = (self.before.undo_rigid(previous), self.now.undo_rigid(position));
+        if let Body::Mesh(solid) = &self.body {
+            let travelled = solid.travelled() - near.travelled;
+            if near.slack > reach + q.distance(near.at) + start.distance(near.at) + travelled {
+                return None;
+            }
+        }
+        let touch = self.body.touch(q, self.thickness + reach, near.triangle)?;
+        let mut least = self.thickness;
+        if touch.distance < self.thickness - 1e-12 {
+            let first = self.body.touch(start + touch.slide, f64::INFINITY, touch.triangle);
+            let began = first.map_or(self.thickness, |t| t.distance);
+            least = least.min(began + RECOVERY * dt);
+        }
+        let way = q - start - touch.slide;
+        Some(Felt {
+            gap: touch.distance - least,
+            normal: self.now.linear * touch.normal,
+            way: self.now.linear * (way - touch.normal * way.dot(touch.normal)),
+        })
+    }
+
     /// Pushes a node out that went from `previous` to `position` (world) in a substep of `dt` seconds.
     pub fn push(&self, previous: DVec3, position: &mut DVec3, dt: f64, near: &mut Near) -> Contact {
         let (low, high) = (previous.min(*position), previous.max(*position));
@@ -207,6 +258,21 @@ impl Obstacle {
 }
 
 impl Friction {
+    /// The force of a collider on a node on which `force` acts; a displacement into it meets `stiffness`, one along it
+    /// `inertia`, N/m.
+    pub fn answer(&self, force: DVec3, felt: &Felt, (stiffness, inertia): (f64, f64)) -> DVec3 {
+        let into = -force.dot(felt.normal);
+        let normal = into - stiffness * felt.gap.max(0.0);
+        // What is no number is left alone.
+        if normal.is_nan() || normal <= 0.0 {
+            return DVec3::ZERO;
+        }
+        let along = force + felt.normal * into + felt.way * inertia;
+        let drive = along.length();
+        let held = if drive <= self.fixed * normal { 1.0 } else { self.sliding * normal / drive };
+        felt.normal * normal - along * held
+    }
+
     /// The share of a tangential way that friction takes back under a normal correction, both in metres.
     pub fn taken_back(&self, way: f64, depth: f64) -> f64 {
         if way <= self.fixed * depth { 1.0 } else { (self.sliding * depth / way).min(1.0) }

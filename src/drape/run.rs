@@ -5,7 +5,8 @@ use super::scene::DrapeScene;
 use super::stage::{ContactReport, Nodes, Stage};
 use crate::Result;
 use crate::cloth::{
-    Cloth, ClothOptions, FrameReport, RelaxOptions, RelaxReport, StepOptions, Stepper, Surroundings, relax,
+    Cloth, ClothOptions, FrameReport, RelaxOptions, RelaxReport, StepOptions, Stepper, Support, Surroundings,
+    relax,
 };
 use crate::mesh::StitchMesh;
 use crate::template::TemplateLibrary;
@@ -19,6 +20,14 @@ impl Surroundings for Stage {
 
     fn place(&mut self, time: f64, positions: &mut [DVec3]) {
         Stage::place(self, time, positions);
+    }
+
+    fn support(&mut self, step: &Support, forces: &mut [DVec3]) -> usize {
+        Stage::support(self, step, forces)
+    }
+
+    fn confine(&mut self, time: f64, dt: f64, previous: &[DVec3], positions: &mut [DVec3]) -> usize {
+        Stage::confine(self, time, dt, previous, positions)
     }
 
     fn collide(&mut self, time: f64, dt: f64, previous: &[DVec3], positions: &mut [DVec3]) {

@@ -7,6 +7,7 @@ use super::obstacle::{Near, Obstacle};
 use super::scene::{DrapeScene, SelfCollision};
 use super::wind::Air;
 use crate::Result;
+use crate::cloth::Support;
 use crate::mesh::StitchMesh;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -63,6 +64,8 @@ pub struct Stage {
     near: Vec<Near>,
     layers: Option<Layers>,
     air: Option<Air>,
+    /// Nodes that colliders bore when they were last asked for forces.
+    borne: usize,
     report: ContactReport,
 }
 
@@ -118,6 +121,7 @@ impl Stage {
             obstacles,
             layers,
             air: scene.wind.map(|wind| Air::new(wind, nodes.triangles, count)),
+            borne: 0,
             report: ContactReport::default(),
         })
     }
@@ -171,9 +175,55 @@ impl Stage {
             }
             let contacts = self.push_out(dt, previous, positions);
             if round == 0 {
-                self.report.contacts = contacts;
+                // Nodes that are borne need no push.
+                self.report.contacts = contacts.max(std::mem::take(&mut self.borne));
             }
         }
+    }
+
+    /// Pushes nodes out of colliders, not apart; how many were touched.
+    pub fn confine(&mut self, time: f64, dt: f64, previous: &[DVec3], positions: &mut [DVec3]) -> usize {
+        self.obstacles.iter_mut().for_each(|o| o.set_times(time - dt, time));
+        let deepest = self.report.deepest_penetration;
+        let contacts = self.push_out(dt, previous, positions);
+        // What is left now is not left at the end.
+        self.report.deepest_penetration = deepest;
+        contacts
+    }
+
+    /// Adds the forces by which colliders hold nodes that lie on them: what presses into one is taken away, and what drives
+    /// along it, or the way along it that mass would go on, up to Coulomb's bound.
+    pub fn support(&mut self, step: &Support, forces: &mut [DVec3]) -> usize {
+        let Support { time, dt, previous, positions, stiffness } = *step;
+        let count = self.obstacles.len();
+        if count == 0 {
+            return 0;
+        }
+        self.obstacles.iter_mut().for_each(|o| o.set_times(time - dt, time));
+        let (obstacles, inverse_mass) = (&self.obstacles, &self.inverse_mass);
+        self.borne = forces
+            .par_iter_mut()
+            .zip(self.near.par_chunks_mut(count))
+            .enumerate()
+            .with_min_len(CHUNK)
+            .filter(|(n, _)| inverse_mass[*n] > 0.0)
+            .map(|(n, (force, near))| {
+                let mut borne = false;
+                let inertia = 1.0 / (inverse_mass[n] * dt * dt);
+                for (obstacle, near) in obstacles.iter().zip(near) {
+                    // As far as the force would take it.
+                    let reach = force.length() / stiffness[n];
+                    let ways = (previous[n], positions[n]);
+                    if let Some(felt) = obstacle.feel(ways, dt, reach, near) {
+                        let answer = obstacle.friction().answer(*force, &felt, (stiffness[n], inertia));
+                        borne |= answer != DVec3::ZERO;
+                        *force += answer;
+                    }
+                }
+                usize::from(borne)
+            })
+            .sum();
+        self.borne
     }
 
     /// Pushes nodes out of colliders; how many were touched.
@@ -201,9 +251,11 @@ impl Stage {
                 all.1 = deep;
                 // One collider alone has been settled at once.
                 if touched == 0 || count == 1 {
-                    break;
+                    return all;
                 }
             }
+            // Turns may end in sight of the way out, each collider having had its own.
+            all.1 = f64::max(all.1, super::groove::leave(obstacles, (*q, p), dt, near));
             all
         };
         let (contacts, deep) = positions
