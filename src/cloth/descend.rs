@@ -89,8 +89,9 @@ impl Descent {
             (s.dot(fall), fall.length_squared())
         });
         let (product, square) = products.fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
-        // False also for what is not finite.
-        if !(product > 1e-10 * (dot(step, step) * square).sqrt()) {
+        // False also for what is no number.
+        let upwards = product > 1e-10 * (dot(step, step) * square).sqrt();
+        if !upwards {
             return;
         }
         let oldest = if self.pairs.len() == MEMORY { self.pairs.pop_front() } else { None };
