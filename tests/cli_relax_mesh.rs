@@ -38,7 +38,7 @@ fn all_but_positions_is_kept() {
     assert_eq!(report["folded_faces"], 0);
 }
 
-/// A mesh folded over says how many faces lie at the fold. Seen red with the count of the start's scale.
+/// A mesh folded over says how many faces lie at the fold. Seen red with a count of 0.
 #[test]
 fn folded_faces_are_reported() {
     let folder = tempfile::tempdir().unwrap();
