@@ -35,6 +35,30 @@ fn all_but_positions_is_kept() {
     assert_eq!(after, before);
     let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
     assert!(report["residual"].as_f64().unwrap() <= 1e-4 && report["converged"] == true);
+    assert_eq!(report["folded_faces"], 0);
+}
+
+/// A mesh folded over says how many faces lie at the fold. Seen red with a count of 0.
+#[test]
+fn folded_faces_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut mesh = smobj::read_file(&here.join("stitches/swatch.smobj")).unwrap();
+    let middle = mesh.face(4.into()).iter().map(|v| mesh.positions[v.index()].x).fold(0.0, f64::max);
+    for p in mesh.positions.iter_mut().filter(|p| p.x > middle + 1e-6) {
+        p.x = 2.0 * middle - p.x;
+    }
+    let [start, out, report] = ["fold.smobj", "out.smobj", "out.json"].map(|name| in_folder(&folder, name));
+    let mut bytes = Vec::new();
+    smobj::write(&mesh, &mut bytes).unwrap();
+    std::fs::write(&start, bytes).unwrap();
+    let (code, said, message) =
+        knotmesh(&["-v", "relax-mesh", &start, "-o", &out, "--report", &report, "--iterations", "0"]);
+    assert_eq!(code, 1, "{message}");
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    let folded = report["folded_faces"].as_u64().unwrap();
+    assert!(folded > 4, "{report}");
+    assert!(format!("{said}{message}").contains(&format!("{folded} folded faces")), "{said}{message}");
 }
 
 /// A gauge is in metres.

@@ -109,8 +109,13 @@ pub(super) fn relaxed(knitted: &mut Knitted, console: Console) -> Result<bool> {
     let report = relax(&cloth, &mut nodes, &options)?;
     cloth.write_back(&nodes, &mut knitted.mesh.positions);
     console.say(format_args!(
-        "relaxed in {} steps, {} rounds of conjugate gradients: energy {:.3e} J, was {:.3e} J; residual {:.1e}",
-        report.iterations, report.rounds, report.energy_end, report.energy_start, report.residual
+        "relaxed in {} steps, {} rounds of conjugate gradients: energy {:.3e} J, was {:.3e} J; residual {:.1e}; {} folded faces",
+        report.iterations,
+        report.rounds,
+        report.energy_end,
+        report.energy_start,
+        report.residual,
+        report.folded
     ));
     if !report.converged {
         console.warn(format_args!(

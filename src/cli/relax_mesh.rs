@@ -42,7 +42,7 @@ pub struct Arguments {
     /// The largest force on a vertex at which it ends, relative to stretch stiffness times stitch size.
     #[arg(long, default_value_t = RelaxOptions::default().residual)]
     residual: f64,
-    /// Newton steps at most.
+    /// Steps at most.
     #[arg(long, default_value_t = RelaxOptions::default().iterations)]
     iterations: usize,
     /// Write counts, sizes, energies and times as JSON.
@@ -84,6 +84,8 @@ struct Report {
     residual_bound: f64,
     converged: bool,
     kept_flat: bool,
+    /// Faces that fold upon themselves or their neighbours at the end.
+    folded_faces: usize,
     /// Joules.
     energy_start: f64,
     energy_end: f64,
@@ -146,8 +148,13 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         write_json(path, &report)?;
     }
     console.say(format_args!(
-        "{} iterations, residual {:.2e}, energy {:.3e} to {:.3e} J, {:.2} s",
-        report.iterations, report.residual, report.energy_start, report.energy_end, report.seconds
+        "{} iterations, residual {:.2e}, energy {:.3e} to {:.3e} J, {} folded faces, {:.2} s",
+        report.iterations,
+        report.residual,
+        report.energy_start,
+        report.energy_end,
+        report.folded_faces,
+        report.seconds
     ));
     if report.converged {
         return Ok(Ending::Done);
@@ -176,8 +183,9 @@ fn solve(
     let mut nodes = cloth.rest_positions().to_vec();
     let strain_start = cloth.strain(&nodes);
     let began = Instant::now();
-    let RelaxReport { iterations, rounds, residual, converged, energy_start, energy_end, flat, .. } =
-        relax(cloth, &mut nodes, &options)?;
+    let RelaxReport {
+        iterations, rounds, residual, converged, energy_start, energy_end, flat, folded, ..
+    } = relax(cloth, &mut nodes, &options)?;
     let seconds = began.elapsed().as_secs_f64();
     let report = Report {
         mesh: arguments.mesh.clone(),
@@ -192,6 +200,7 @@ fn solve(
         residual_bound: arguments.residual,
         converged,
         kept_flat: flat,
+        folded_faces: folded,
         energy_start,
         energy_end,
         strain_start,

@@ -36,7 +36,7 @@ pub(super) fn cloth(mesh: &StitchMesh, library: &TemplateLibrary, options: &Clot
     springs.extend(diagonals(mesh, &shapes, &factors, &node_of_vertex, &edges, options.stiffness.shear));
 
     let (mut masses, mut areas) = (vec![0.0; node_count], vec![0.0; node_count]);
-    let mut triangles = Vec::new();
+    let (mut triangles, mut triangle_faces) = (Vec::new(), Vec::new());
     for face in 0..mesh.face_count() {
         let corners: Vec<u32> = mesh.face(face.into()).iter().map(|v| node_of_vertex[v.index()]).collect();
         let shape = &shapes[mesh.face_types[face].index()];
@@ -49,6 +49,7 @@ pub(super) fn cloth(mesh: &StitchMesh, library: &TemplateLibrary, options: &Clot
             let triangle = [corners[0], corners[k - 1], corners[k]];
             if triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0] {
                 triangles.push(triangle);
+                triangle_faces.push(face as u32);
             }
         }
     }
@@ -60,7 +61,18 @@ pub(super) fn cloth(mesh: &StitchMesh, library: &TemplateLibrary, options: &Clot
     });
     blocks.bends = order::sort(&mut bends, node_count, blocks.size, |b| b.nodes);
     let rest = means(&node_of_vertex, &mesh.positions, node_count);
-    Ok(Cloth { node_of_vertex, rest, masses, triangles, springs, bends, blocks, sizes, force_unit })
+    Ok(Cloth {
+        node_of_vertex,
+        rest,
+        masses,
+        triangles,
+        triangle_faces,
+        springs,
+        bends,
+        blocks,
+        sizes,
+        force_unit,
+    })
 }
 
 fn check(mesh: &StitchMesh, options: &ClothOptions) -> Result<()> {

@@ -41,6 +41,16 @@ const NONE: u32 = u32::MAX;
 impl Factor {
     /// Finds the order and the factor's pattern for entries between `pairs` of nodes.
     pub fn new(places: &[DVec3], pairs: &[[u32; 2]]) -> Self {
+        Self::build(places, pairs, u64::MAX).0
+    }
+
+    /// The same, if the factor has no more entries than that.
+    pub fn within(places: &[DVec3], pairs: &[[u32; 2]], most: u64) -> Option<Self> {
+        let (factor, fits) = Self::build(places, pairs, most);
+        fits.then_some(factor)
+    }
+
+    fn build(places: &[DVec3], pairs: &[[u32; 2]], most: u64) -> (Self, bool) {
         let n = places.len();
         let dissection = dissect(places, pairs);
         let mut place = vec![0; n];
@@ -70,8 +80,8 @@ impl Factor {
             carried: Vec::new(),
             dissection,
         };
-        factor.pattern();
-        factor
+        let fits = factor.pattern(most);
+        (factor, fits)
     }
 
     /// Entries of the factor below its diagonal.
@@ -83,11 +93,16 @@ impl Factor {
         self.starts[column] as usize..self.starts[column + 1] as usize
     }
 
-    fn pattern(&mut self) {
+    /// Whether there are no more entries than that; else it is not finished.
+    fn pattern(&mut self, most: u64) -> bool {
         let n = self.parent.len();
         let mut flag = vec![NONE; n];
         let mut count = vec![0_u32; n];
+        let mut all = 0;
         for k in 0..n {
+            if all > most {
+                return false;
+            }
             flag[k] = k as u32;
             for entry in self.above(k) {
                 let mut i = self.rows[entry] as usize;
@@ -96,6 +111,7 @@ impl Factor {
                         self.parent[i] = k as u32;
                     }
                     count[i] += 1;
+                    all += 1;
                     flag[i] = k as u32;
                     i = self.parent[i] as usize;
                 }
@@ -109,6 +125,7 @@ impl Factor {
         self.values = vec![0.0; size];
         let separators = n - self.dissection.parts.last().map_or(0, |p| p.end);
         self.carried = vec![vec![Vec3A::ZERO; separators]; self.dissection.parts.len()];
+        true
     }
 
     /// Factors the matrix of that diagonal and those off-diagonal entries (each once); nodes in `fixed` are left out of it:

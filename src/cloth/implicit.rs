@@ -25,40 +25,46 @@ pub(super) struct Implicit {
     full: Vec<f64>,
 }
 
+/// Diagonal and other entries, each once, of `sum k S^T S` over springs and bends.
+pub(super) fn matrix(cloth: &Cloth) -> (Vec<f64>, Vec<Entry>) {
+    let mut diagonal = vec![0.0; cloth.node_count()];
+    let mut entries: Vec<Entry> = Vec::new();
+    for s in &cloth.springs {
+        s.nodes.iter().for_each(|n| diagonal[*n as usize] += s.stiffness);
+        entries.push((s.nodes, -s.stiffness));
+    }
+    for b in &cloth.bends {
+        for i in 0..4 {
+            let (a, wa) = (b.nodes[i], b.weights[i]);
+            diagonal[a as usize] += b.stiffness * wa * wa;
+            let others = (i + 1..4).filter(|k| b.weights[*k] != 0.0 && wa != 0.0);
+            entries.extend(others.map(|k| ([a, b.nodes[k]], b.stiffness * wa * b.weights[k])));
+        }
+    }
+    entries.sort_by_key(|([a, b], _)| [*a.min(b), *a.max(b)]);
+    let mut merged: Vec<Entry> = Vec::new();
+    for ([a, b], value) in entries {
+        let pair = [a.min(b), a.max(b)];
+        match merged.last_mut() {
+            Some((last, sum)) if *last == pair => *sum += value,
+            _ => merged.push((pair, value)),
+        }
+    }
+    (diagonal, merged)
+}
+
 impl Implicit {
     /// Finds the order; the matrix is factored when first used.
     pub fn new(cloth: &Cloth) -> Self {
-        let mut diagonal = vec![0.0; cloth.node_count()];
-        let mut entries: Vec<Entry> = Vec::new();
-        for s in &cloth.springs {
-            s.nodes.iter().for_each(|n| diagonal[*n as usize] += s.stiffness);
-            entries.push((s.nodes, -s.stiffness));
-        }
-        for b in &cloth.bends {
-            for i in 0..4 {
-                let (a, wa) = (b.nodes[i], b.weights[i]);
-                diagonal[a as usize] += b.stiffness * wa * wa;
-                let others = (i + 1..4).filter(|k| b.weights[*k] != 0.0 && wa != 0.0);
-                entries.extend(others.map(|k| ([a, b.nodes[k]], b.stiffness * wa * b.weights[k])));
-            }
-        }
-        entries.sort_by_key(|([a, b], _)| [*a.min(b), *a.max(b)]);
-        let mut merged: Vec<Entry> = Vec::new();
-        for ([a, b], value) in entries {
-            let pair = [a.min(b), a.max(b)];
-            match merged.last_mut() {
-                Some((last, sum)) if *last == pair => *sum += value,
-                _ => merged.push((pair, value)),
-            }
-        }
-        let pairs: Vec<[u32; 2]> = merged.iter().map(|(pair, _)| *pair).collect();
+        let (diagonal, entries) = matrix(cloth);
+        let pairs: Vec<[u32; 2]> = entries.iter().map(|(pair, _)| *pair).collect();
         Self {
             factor: Factor::new(&cloth.rest, &pairs),
             right: vec![DVec3::ZERO; diagonal.len()],
             bare: vec![DVec3::ZERO; diagonal.len()],
             full: diagonal.clone(),
             diagonal,
-            entries: merged,
+            entries,
             made_for: None,
             held: Vec::new(),
         }

@@ -9,9 +9,11 @@
 //! edges towards their natural lengths, diagonals of faces against shear, and bending. [`natural`] says how long.
 
 mod assemble;
+mod descend;
 mod dissect;
 mod energy;
 mod factor;
+mod folds;
 mod implicit;
 mod linear;
 pub mod natural;
@@ -120,6 +122,8 @@ pub struct Cloth {
     rest: Vec<DVec3>,
     masses: Vec<f64>,
     triangles: Vec<[u32; 3]>,
+    /// `[triangle]` the mesh's face that it was cut from.
+    triangle_faces: Vec<u32>,
     springs: Vec<Spring>,
     bends: Vec<Bend>,
     blocks: Blocks,

@@ -1,11 +1,12 @@
 //! Quasi-static relaxation: the shape of least energy that is downhill from a start.
 //!
-//! Newton's method in a region of trust (Steihaug 1983): steps are as long as the quadratic model has proved right, and go that far
-//! along directions in which the energy curves down, where fabric buckles. Far from the end the matrix leaves out what is
-//! negative (springs under compression). A step that does not lower the energy is not taken, however rough the start. First the
-//! start is scaled to the best size, which has a closed form. All of it turns with the start: a turned start gives the turned
-//! result but for rounding.
+//! First the start is scaled to the best size, which has a closed form. What is not flat then goes downhill by L-BFGS
+//! ([`super::descend`]), which passes buckles everywhere at once, until forces are within ten times their bound. Newton's method in
+//! a region of trust (Steihaug 1983) does the rest: steps are as long as the quadratic model has proved right, and go that far along
+//! directions in which the energy curves down. Should it take long, the two take turns. A step that does not lower the energy
+//! is not taken, however rough the start. All of it turns with the start: a turned start gives the turned result but for rounding.
 
+use super::descend::Descent;
 use super::linear::{System, dot};
 use super::{Cloth, assemble};
 use crate::{Error, Result};
@@ -16,7 +17,7 @@ use glam::DVec3;
 pub struct RelaxOptions {
     /// The largest force on a node, relative to [`Cloth::force_unit`], at which it ends.
     pub residual: f64,
-    /// Newton steps at most.
+    /// Steps at most, of both kinds.
     pub iterations: usize,
     /// Rounds of conjugate gradients at most, of all steps together.
     pub rounds: usize,
@@ -34,7 +35,7 @@ impl Default for RelaxOptions {
     fn default() -> Self {
         Self {
             residual: 1e-4,
-            iterations: 2000,
+            iterations: 6000,
             rounds: 20_000,
             held: Vec::new(),
             acceleration: DVec3::ZERO,
@@ -47,8 +48,10 @@ impl Default for RelaxOptions {
 /// How it went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RelaxReport {
-    /// Newton steps.
+    /// Steps of both kinds.
     pub iterations: usize,
+    /// Of these, steps without second derivatives.
+    pub descents: usize,
     /// Rounds of conjugate gradients, together.
     pub rounds: usize,
     /// The largest force on a node at the end, relative to [`Cloth::force_unit`].
@@ -63,6 +66,8 @@ pub struct RelaxReport {
     pub scale: f64,
     /// Whether it was kept in its plane.
     pub flat: bool,
+    /// Faces that fold upon themselves or their neighbours at the end ([`Cloth::folded_faces`]).
+    pub folded: usize,
 }
 
 /// Relaxes node positions, m, in place.
@@ -83,6 +88,7 @@ pub fn relax(cloth: &Cloth, nodes: &mut [DVec3], options: &RelaxOptions) -> Resu
         report.flat = problem.plane.is_some();
     }
     problem.run(nodes, options, &mut report);
+    report.folded = cloth.folded_faces(nodes).len();
     Ok(report)
 }
 
@@ -143,6 +149,22 @@ fn plane(cloth: &Cloth, x: &[DVec3]) -> Option<DVec3> {
     (off <= 1e-6 * extent).then_some(normal)
 }
 
+/// Newton's steps of a turn.
+const NEWTON: usize = 100;
+
+/// Lengths of a step that are tried.
+const TRIES: usize = 30;
+
+/// How a turn ended.
+enum End {
+    /// Where it was to.
+    There,
+    /// Within the bound on forces, or with no steps left.
+    Spent,
+    /// With no step that lowers the energy.
+    Stuck,
+}
+
 struct Problem<'a> {
     cloth: &'a Cloth,
     /// `[node]` force of the load, N; empty without.
@@ -181,32 +203,130 @@ impl<'a> Problem<'a> {
     }
 
     fn run(&mut self, x: &mut [DVec3], options: &RelaxOptions, report: &mut RelaxReport) {
+        report.energy_end = self.energy(x);
+        let mut descent = None;
+        // What stays flat does not buckle out of its plane: Newton alone is there in a few steps.
+        let mut newton_first = report.flat;
+        let mut bound = 10.0 * options.residual;
+        loop {
+            let mut stuck = true;
+            if !newton_first {
+                if descent.is_none() {
+                    descent = Some(Descent::new(self.cloth, &options.held));
+                }
+                if let Some(Some(descent)) = &mut descent {
+                    match self.descend(x, descent, bound, options, report) {
+                        End::Spent => return,
+                        End::Stuck => {}
+                        End::There => stuck = false,
+                    }
+                    // Should Newton's method not end it from there, the next turn goes all the way.
+                    bound = options.residual;
+                }
+            }
+            newton_first = false;
+            let turns = !matches!(descent, Some(None));
+            let most = if turns { NEWTON } else { usize::MAX };
+            match self.newton(x, most, options, report) {
+                End::Spent => return,
+                End::Stuck if stuck => return,
+                End::There | End::Stuck => {}
+            }
+        }
+    }
+
+    /// Sets the report's residual, and whether to go on.
+    fn judge(&self, forces: &[DVec3], options: &RelaxOptions, report: &mut RelaxReport) -> bool {
+        let greatest = forces.iter().map(|f| f.length()).fold(0.0, f64::max);
+        report.residual = greatest / self.cloth.force_unit;
+        report.converged = report.residual <= options.residual;
+        let spent = report.iterations >= options.iterations || report.rounds >= options.rounds;
+        !(report.converged || spent || !report.energy_end.is_finite())
+    }
+
+    /// Downhill until no force passes `bound`.
+    fn descend(
+        &mut self,
+        x: &mut [DVec3],
+        descent: &mut Descent,
+        bound: f64,
+        options: &RelaxOptions,
+        report: &mut RelaxReport,
+    ) -> End {
+        let [mut forces, mut after, mut step, mut trial] = [(); 4].map(|()| vec![DVec3::ZERO; x.len()]);
+        descent.forget();
+        self.forces(x, &mut forces);
+        loop {
+            if !self.judge(&forces, options, report) {
+                return End::Spent;
+            }
+            if report.residual <= bound {
+                return End::There;
+            }
+            report.iterations += 1;
+            report.descents += 1;
+            let energy = report.energy_end;
+            descent.step(&forces, &mut step, |v| self.keep(v));
+            let slope = dot(&step, &forces);
+            let mut share = 1.0;
+            let taken = (0..if slope > 0.0 { TRIES } else { 0 }).find_map(|_| {
+                trial.iter_mut().zip(x.iter()).zip(&step).for_each(|((t, x), p)| *t = *x + *p * share);
+                let there = self.energy(&trial);
+                if there <= energy - 1e-4 * share * slope {
+                    return Some(there);
+                }
+                // The least of the parabola through what is known.
+                let least = slope * share * share / (2.0 * (there - energy + slope * share));
+                share = if least > 0.1 * share { least.min(0.5 * share) } else { 0.1 * share };
+                None
+            });
+            let Some(there) = taken else {
+                if descent.forget() {
+                    continue;
+                }
+                return End::Stuck;
+            };
+            self.forces(&trial, &mut after);
+            step.iter_mut().for_each(|s| *s *= share);
+            descent.learn(&step, &forces, &after);
+            std::mem::swap(&mut forces, &mut after);
+            x.copy_from_slice(&trial);
+            report.energy_end = there;
+        }
+    }
+
+    /// So many of Newton's steps.
+    fn newton(
+        &mut self,
+        x: &mut [DVec3],
+        most: usize,
+        options: &RelaxOptions,
+        report: &mut RelaxReport,
+    ) -> End {
         let cloth = self.cloth;
         let n = x.len();
         let mut system = System::new(cloth);
         let [mut forces, mut step, mut trial] = [(); 3].map(|()| vec![DVec3::ZERO; n]);
-        let mut energy = self.energy(x);
         let mut radius = None;
         let mut moved = true;
-        loop {
+        for step_number in 0.. {
             self.forces(x, &mut forces);
-            let greatest = forces.iter().map(|f| f.length()).fold(0.0, f64::max);
-            report.residual = greatest / cloth.force_unit;
-            report.converged = report.residual <= options.residual;
-            report.energy_end = energy;
-            let spent = report.iterations >= options.iterations || report.rounds >= options.rounds;
-            if report.converged || spent || !energy.is_finite() {
-                return;
+            if !self.judge(&forces, options, report) {
+                return End::Spent;
             }
+            if step_number == most {
+                break;
+            }
+            let energy = report.energy_end;
             if moved {
                 // Far from the end what is negative only misleads; near it, steps without it would creep.
                 system.set(cloth, x, report.residual < 0.1);
             }
             // As exact as it pays: the nearer the end, the more.
             let tolerance = report.residual.sqrt().clamp(1e-3, 0.1);
-            let most = (options.rounds - report.rounds).min(400);
+            let rounds = (options.rounds - report.rounds).min(400);
             let solved =
-                system.solve(cloth, &forces, &mut step, (tolerance, most, radius), &|v| self.keep(v));
+                system.solve(cloth, &forces, &mut step, (tolerance, rounds, radius), &|v| self.keep(v));
             report.rounds += solved.rounds;
             report.iterations += 1;
             trial.iter_mut().zip(x.iter()).zip(&step).for_each(|((t, x), p)| *t = *x + *p);
@@ -223,10 +343,11 @@ impl<'a> Problem<'a> {
             radius = Some(next);
             if moved {
                 x.copy_from_slice(&trial);
-                energy = there;
+                report.energy_end = there;
             } else if blind || next < 1e-30 || next.is_nan() {
-                return;
+                return End::Stuck;
             }
         }
+        End::There
     }
 }

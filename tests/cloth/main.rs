@@ -5,6 +5,7 @@
 mod grid;
 
 mod energy;
+mod folds;
 mod natural;
 mod relaxation;
 mod steps;
