@@ -2,6 +2,7 @@
 #![cfg(feature = "view")]
 
 use glam::DVec3;
+use knotmesh::io::frames::FramesWriter;
 use knotmesh::io::smobj;
 use knotmesh::scene::Mode;
 use knotmesh::view::{Content, Options, Pull, Session, Settings};
@@ -259,18 +260,31 @@ fn modes_are_compared_and_the_gauge_changes_the_size() {
 #[test]
 fn charts_meshes_and_motion_are_shown() {
     let stitches = Path::new(env!("CARGO_MANIFEST_DIR")).join("stitches");
-    let session = open(&stitches.join("fair-isle.png"));
-    assert!(session.fabric().unwrap().drawing.is_some());
+    let mut session = open(&stitches.join("fair-isle.png"));
+    assert!(session.fabric().unwrap().drawing.is_some() && session.frame_count() == 0);
+    session.edit_text("k", 1.0);
+    assert_eq!(session.depth(), [0, 0], "a picture has no text");
+
     let folder = tempfile::tempdir().unwrap();
-    let mesh = smobj::read_file(&stitches.join("swatch.smobj")).unwrap();
+    let path = stitches.join("swatch.smobj");
+    let mesh = smobj::read_file(&path).unwrap();
     let frames = folder.path().join("walk.npy");
-    let mut writer = knotmesh::io::frames::FramesWriter::npy(&frames, 3, mesh.positions.len());
-    let mut writer = writer.as_mut().unwrap();
+    let mut writer = FramesWriter::create(&frames, 3, &mesh).unwrap();
     for k in 0..3 {
-        let places: Vec<DVec3> = mesh.positions.iter().map(|p| *p * (1.0 + 0.1 * f64::from(k))).collect();
-        writer.frame(&places).unwrap();
+        let places: Vec<DVec3> = mesh.positions.iter().map(|p| *p * (1.0 + 0.1 * k as f64)).collect();
+        writer.frame(k, &places).unwrap();
     }
-    let _ = &mut writer;
+    writer.finish().unwrap();
+    let options = Options { frames: Some(frames.display().to_string()), ..Options::new() };
+    let mut session = Session::open(Some(&path), options).unwrap();
+    at_rest(&mut session);
+    assert_eq!((session.frame_count(), session.frame()), (3, 0));
+    session.show_frame(5);
+    assert!(session.solve());
+    assert_eq!(session.frame(), 2);
+    assert!((session.places()[0] - mesh.positions[0] * 1.2).length() < 1e-5);
+    assert!(session.unsaved().is_empty());
+
     let fault = Session::open(Some("a.txt".as_ref()), Options::new()).err().unwrap().to_string();
     assert!(fault.starts_with("a.txt"), "{fault}");
 }

@@ -14,7 +14,7 @@ pub struct Editor {
 }
 
 fn id() -> Id {
-    Id::new("pattern")
+    Id::unique("pattern")
 }
 
 impl Editor {

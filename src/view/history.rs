@@ -77,6 +77,12 @@ impl History {
         can
     }
 
+    /// Takes the last edit back for good.
+    pub fn drop_last(&mut self) {
+        self.undo();
+        self.states.truncate(self.now + 1);
+    }
+
     /// One forward again; whether there was one.
     pub fn redo(&mut self) -> bool {
         self.last = None;

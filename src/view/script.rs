@@ -164,7 +164,7 @@ fn mouse(word: &str, rest: &str) -> Option<Step> {
                 unit: egui::MouseWheelUnit::Line,
                 delta: egui::vec2(0.0, *lines),
                 phase: egui::TouchPhase::Move,
-                source: egui::MouseWheelSource::Mouse,
+                source: egui::MouseWheelSource::Wheel,
                 modifiers,
             };
             vec![vec![Event::PointerMoved(pos2(*x, *y))], vec![wheel]]

@@ -227,6 +227,14 @@ impl Session {
         });
     }
 
+    /// Takes back a pull that is under way.
+    pub fn drop_pull(&mut self, number: u64) {
+        if self.history.is_last(&Edit::Pull(number)) {
+            self.history.drop_last();
+            self.follow();
+        }
+    }
+
     /// Lets go of everything that is pulled.
     pub fn release(&mut self) {
         self.edit(Edit::Alone, 0.0, |s| s.pulls = Arc::default());
@@ -425,6 +433,11 @@ impl Session {
             *shown = frame % frames.len();
             self.stale = true;
         }
+    }
+
+    /// Whether something changed since it was last solved.
+    pub fn is_stale(&self) -> bool {
+        self.stale && self.fabric.is_some()
     }
 
     /// Solves what changed since it was last called; whether anything did.
