@@ -5,11 +5,11 @@ use super::chart_view::ChartView;
 use super::editor::Editor;
 use super::fabric::drawing;
 use super::knit_view::{KnitView, STILL, tag};
+use super::panel;
 use super::play::{Play, Stop};
 use super::session::Session;
 use super::stage::Stage;
 use super::state::{Content, Kind};
-use super::panel;
 use crate::io::chart::Drawing;
 use crate::io::output::Output;
 use crate::{Error, Result};
@@ -222,7 +222,8 @@ impl App {
             match (self.session.message().cloned(), &self.note) {
                 (Some(message), _) => {
                     let colour = ui.visuals().error_fg_color;
-                    let place = message.place.map_or(String::new(), |(l, c)| format!("line {l}, column {c}: "));
+                    let place =
+                        message.place.map_or(String::new(), |(l, c)| format!("line {l}, column {c}: "));
                     let text = RichText::new(format!("{place}{}", message.text)).color(colour);
                     let label = ui.add(egui::Label::new(text).wrap().sense(egui::Sense::click()));
                     if let (true, Some((line, column))) = (label.clicked(), message.place) {
@@ -372,7 +373,10 @@ impl eframe::App for App {
         }
 
         Panel::top("bar").show(ui, |ui| self.bar(ui, time));
-        Panel::left("pattern").default_size(430.0).size_range(260.0..=900.0).show(ui, |ui| self.left(ui, time));
+        Panel::left("pattern")
+            .default_size(430.0)
+            .size_range(260.0..=900.0)
+            .show(ui, |ui| self.left(ui, time));
         if self.session.frame_count() > 0 {
             Panel::bottom("motion").show(ui, |ui| self.motion(ui, time));
         }

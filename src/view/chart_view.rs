@@ -46,7 +46,13 @@ impl ChartView {
                         continue;
                     }
                     let [r, g, b] = square.colour.unwrap_or([250, 249, 246]);
-                    painter.rect(rect, CornerRadius::ZERO, Color32::from_rgb(r, g, b), line, StrokeKind::Inside);
+                    painter.rect(
+                        rect,
+                        CornerRadius::ZERO,
+                        Color32::from_rgb(r, g, b),
+                        line,
+                        StrokeKind::Inside,
+                    );
                     if let Brush::Symbol(symbol) = brush(content, drawing, square)
                         && symbol != "."
                     {

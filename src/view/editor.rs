@@ -55,7 +55,9 @@ impl Editor {
                 let lines = self.text.split('\n').count().max(1);
                 let digits = lines.to_string().len().max(2);
                 let numbers: Vec<String> = (1..=lines).map(|n| format!("{n:>digits$}")).collect();
-                ui.add(egui::Label::new(RichText::new(numbers.join("\n")).monospace().weak()).selectable(false));
+                ui.add(
+                    egui::Label::new(RichText::new(numbers.join("\n")).monospace().weak()).selectable(false),
+                );
                 let edit = TextEdit::multiline(&mut self.text)
                     .id(id())
                     .code_editor()
@@ -95,12 +97,12 @@ fn layout(text: &str, wrong: Option<usize>, font: &FontId, colours: &Colours) ->
     let mut job = LayoutJob::default();
     job.wrap.max_width = f32::INFINITY;
     for (number, line) in (1..).zip(text.split_inclusive('\n')) {
-        let underline =
-            if wrong == Some(number) { Stroke::new(1.5, colours.wrong) } else { Stroke::NONE };
+        let underline = if wrong == Some(number) { Stroke::new(1.5, colours.wrong) } else { Stroke::NONE };
         let mut put = |part: &str, color: Color32| {
             if !part.is_empty() {
                 let font_id = font.clone();
-                let format = TextFormat { font_id, color, underline, valign: Align::BOTTOM, ..Default::default() };
+                let format =
+                    TextFormat { font_id, color, underline, valign: Align::BOTTOM, ..Default::default() };
                 job.append(part, 0.0, format);
             }
         };

@@ -92,11 +92,6 @@ impl KnitView {
         (self.framed, self.made) = (true, 0);
     }
 
-    /// Whether a vertex is being pulled.
-    pub fn is_pulling(&self) -> bool {
-        self.grab.is_some()
-    }
-
     /// Keys over the knit, while no text has them.
     pub fn keys(&mut self, ui: &Ui) {
         let pressed = |key| ui.input(|i| i.key_pressed(key));
@@ -312,7 +307,11 @@ impl KnitView {
         {
             let spacing = session.solvers().first().map_or(1.0, |s| s.scene.gauge);
             painter.circle_filled(at, 4.0, stroke.color);
-            painter.circle_stroke(at, (self.reach * spacing / grab.scale) as f32, Stroke::new(1.0, stroke.color));
+            painter.circle_stroke(
+                at,
+                (self.reach * spacing / grab.scale) as f32,
+                Stroke::new(1.0, stroke.color),
+            );
         }
     }
 

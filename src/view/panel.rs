@@ -35,8 +35,11 @@ pub fn show(ui: &mut Ui, session: &mut Session, time: f64) {
         });
         ui.end_row();
         gauge(ui, session, &settings, time);
-        ui.label("Knot spacing").on_hover_text("beta: towards 0, loops keep their width and tighten under tension");
-        if let Some(beta) = edited(settings.beta, |v| drop(ui.add(Slider::new(v, 0.0..=1.0).fixed_decimals(2)))) {
+        ui.label("Knot spacing")
+            .on_hover_text("beta: towards 0, loops keep their width and tighten under tension");
+        if let Some(beta) =
+            edited(settings.beta, |v| drop(ui.add(Slider::new(v, 0.0..=1.0).fixed_decimals(2))))
+        {
             session.edit_settings("beta", time, |s| s.beta = beta);
         }
         ui.end_row();
@@ -82,7 +85,8 @@ fn gauge(ui: &mut Ui, session: &mut Session, settings: &Settings, time: f64) {
             if gauge.is_some() {
                 session.edit_settings("gauge", time, |s| s.gauge = gauge);
             }
-            let own = settings.gauge.is_some() && ui.small_button("own").on_hover_text("the pattern's").clicked();
+            let own =
+                settings.gauge.is_some() && ui.small_button("own").on_hover_text("the pattern's").clicked();
             if own {
                 session.edit_settings("own gauge", time, |s| s.gauge = None);
             }

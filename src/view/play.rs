@@ -86,7 +86,10 @@ impl Play {
                 self.shot = None;
             }
             if matches!(self.steps.front(), Some(Step::Settle)) && !app.is_still(time) {
-                if !app.session.is_busy() && app.session.message().is_some() && app.session.solvers().is_empty() {
+                if !app.session.is_busy()
+                    && app.session.message().is_some()
+                    && app.session.solvers().is_empty()
+                {
                     return Err(Error::invalid(format_args!("script: {:?}", app.session.message())));
                 }
                 return Ok(Stop::No);

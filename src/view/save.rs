@@ -103,7 +103,10 @@ impl Session {
     fn refuse_own(&self, path: &Path) -> Result<()> {
         let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         if self.path().is_some_and(|own| real(own) == real(path)) {
-            return Err(Error::invalid(format_args!("{}: an output would replace the input", path.display())));
+            return Err(Error::invalid(format_args!(
+                "{}: an output would replace the input",
+                path.display()
+            )));
         }
         Ok(())
     }

@@ -188,7 +188,8 @@ mod tests {
     /// Seen red with the number of a line counted from 0.
     #[test]
     fn steps_are_read_and_others_refused_by_line() {
-        let text = "# hello\nwait 3\nreplace k2 => p2\\nx\nset beta 0.3\nkey ctrl+shift+z\npull 7 0.1 0 -1 0.4\n";
+        let text =
+            "# hello\nwait 3\nreplace k2 => p2\\nx\nset beta 0.3\nkey ctrl+shift+z\npull 7 0.1 0 -1 0.4\n";
         let steps = parse("s".as_ref(), text).unwrap();
         assert_eq!(steps.len(), 5);
         assert_eq!(steps[1], Step::Replace("k2".into(), "p2\nx".into()));

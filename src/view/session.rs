@@ -484,10 +484,9 @@ impl Session {
     /// Moves what is pulled, and what comes along.
     fn pull_along(&mut self, fabric: &Fabric, pulls: &[Pull]) {
         for (at, pull) in pulls.iter().enumerate() {
-            let known =
-                self.along.get(at).is_some_and(|(known, number, _)| {
-                    known.vertex == pull.vertex && known.reach == pull.reach && *number == fabric.number
-                });
+            let known = self.along.get(at).is_some_and(|(known, number, _)| {
+                known.vertex == pull.vertex && known.reach == pull.reach && *number == fabric.number
+            });
             if !known {
                 self.along.truncate(at);
                 self.along.push((*pull, fabric.number, fabric.net.along(&fabric.mesh.positions, pull)));

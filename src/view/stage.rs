@@ -115,13 +115,7 @@ impl Stage {
     ///
     /// # Errors
     /// A device that fails or lacks room.
-    pub fn picture(
-        &self,
-        solver: &Solver,
-        camera: &Camera,
-        look: &Look,
-        size: [u32; 2],
-    ) -> Result<Picture> {
+    pub fn picture(&self, solver: &Solver, camera: &Camera, look: &Look, size: [u32; 2]) -> Result<Picture> {
         let canvas = self.painter.canvas(size[0], size[1])?;
         let mut yarn = self.painter.yarn(&solver.strands)?;
         self.painter.paint(&canvas, &mut yarn, camera, look)?;

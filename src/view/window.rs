@@ -84,13 +84,12 @@ pub fn run(path: Option<&Path>, mut options: Options, launch: &Launch) -> Result
 /// The best adapter that can show something in the window, with all that it has room for.
 fn setup(name: Option<String>) -> WgpuSetup {
     let mut setup = WgpuSetupCreateNew::without_display_handle();
-    setup.instance_descriptor.backends =
-        wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
+    setup.instance_descriptor.backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
     setup.native_adapter_selector = Some(Arc::new(move |all, surface| {
         let fits = |a: &&wgpu::Adapter| {
-            let named = name.as_ref().is_none_or(|name| {
-                a.get_info().name.to_lowercase().contains(&name.to_lowercase())
-            });
+            let named = name
+                .as_ref()
+                .is_none_or(|name| a.get_info().name.to_lowercase().contains(&name.to_lowercase()));
             let computes =
                 a.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS);
             named && computes && surface.is_none_or(|s| a.is_surface_supported(s))

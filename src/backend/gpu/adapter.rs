@@ -136,13 +136,7 @@ impl Adapter {
     }
 
     /// An open device of it, whose errors are kept from now on.
-    fn device(
-        &self,
-        device: wgpu::Device,
-        queue: wgpu::Queue,
-        limits: wgpu::Limits,
-        exact: bool,
-    ) -> Device {
+    fn device(&self, device: wgpu::Device, queue: wgpu::Queue, limits: wgpu::Limits, exact: bool) -> Device {
         let faults = Arc::new(Mutex::new(None));
         let sink = faults.clone();
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| keep(&sink, e.to_string())));
