@@ -283,7 +283,7 @@ impl App {
         let solve: f64 = self.session.solvers().iter().map(|s| s.seconds).sum();
         let rest = if self.session.is_busy() { ", settling" } else { "" };
         let words = format!(
-            "{} stitches, {} knots, {} yarns, {} points{rest}\nknit {:.1} ms   mesh {:.0} ms   compile {:.1} ms   solve {:.1} ms   \
+            "{} stitches, {} knots, yarns: {}, {} points{rest}\nknit {:.1} ms   mesh {:.0} ms   compile {:.1} ms   solve {:.1} ms   \
              picture {:.1} ms\n{}",
             fabric.stitches,
             solver.scene.knot_count,
@@ -374,7 +374,7 @@ impl eframe::App for App {
 
         Panel::top("bar").show(ui, |ui| self.bar(ui, time));
         Panel::left("pattern")
-            .default_size(430.0)
+            .default_size(470.0)
             .size_range(260.0..=900.0)
             .show(ui, |ui| self.left(ui, time));
         if self.session.frame_count() > 0 {

@@ -158,7 +158,7 @@ impl KnitView {
         let mut look = self.look();
         // What moves is drawn plainly where a program draws it.
         if stage.software && time - self.moved < STILL {
-            look = Look { shadows: false, occlusion: false, ..look };
+            look = Look { shadows: false, occlusion: false, detail: 0.4, ..look };
             ui.ctx().request_repaint_after_secs(STILL as f32);
         }
         stage.keep(session.solvers().len());
