@@ -62,7 +62,7 @@ fn play(display: &Display, folder: &Path, file: &Path, script: &str) -> Option<V
         .current_dir(folder)
         .env("DISPLAY", &display.name)
         .env_remove("WAYLAND_DISPLAY")
-        .args(["view", file.to_str().unwrap(), "--window", "1100x700", "--script"])
+        .args(["view", file.to_str().unwrap(), "--window", "800x480", "--script"])
         .arg(&path)
         .output()
         .unwrap();
@@ -130,7 +130,7 @@ set mode relax\npull 0 -0.02 -0.02 0.01 0.05\nsettle\nscreenshot e.png\npicture 
     let Some(printed) = play(&display, folder.path(), &file, script) else { return };
     let shot = |name: &str| folder.path().join(name);
     let knit = area(&printed[0]);
-    let text = [60, 60, 400, 300];
+    let text = [60, 60, 400, 220];
     assert_eq!(printed[0]["stitches"], printed[1]["stitches"]);
     let (edit, words) =
         (differing(&shot("a.png"), &shot("b.png"), knit), differing(&shot("a.png"), &shot("b.png"), text));
@@ -165,14 +165,14 @@ fn mouse_and_keys_are_those_of_blender_and_nothing_is_lost() {
     std::fs::copy(root().join("stitches/rib-2x2.knit"), &file).unwrap();
     let script = "\
 settle\nprint\n\
-drag middle 760 300 860 300\nprint\n\
-drag shift+middle 760 300 800 330\nprint\n\
-scroll 760 300 3\nwait 40\nprint\n\
+drag middle 600 250 660 250\nprint\n\
+drag shift+middle 600 250 630 270\nprint\n\
+scroll 600 250 3\nwait 40\nprint\n\
 key home\nkey num1\nsettle\nprint\n\
-click left 760 340\nwait 3\nprint\n\
-move 700 340\nkey g\nmove 700 260\nclick left 700 260\nprint\n\
+click left 635 250\nwait 3\nprint\n\
+move 600 250\nkey g\nmove 600 200\nclick left 600 200\nprint\n\
 key ctrl+z\nprint\n\
-click left 200 300\nwait 2\ntype g\nwait 2\nprint\n\
+click left 200 120\nwait 2\ntype g\nwait 2\nprint\n\
 close\nwait 3\nprint\nscreenshot ask.png\nkey escape\nwait 3\nprint\n";
     let script = script.replace("num1", "1");
     let Some(printed) = play(&display, folder.path(), &file, &script) else { return };

@@ -50,7 +50,7 @@ impl Solver {
         let began = Instant::now();
         let settings = settings.of_solver();
         let mut backend = CpuBackend::new(scene.clone(), &settings, &running())?;
-        backend.set_wanted(Wanted { knots: false, curves: 0 })?;
+        backend.set_wanted(Wanted { knots: false, ..Wanted::default() })?;
         let mut output = FrameOutput::default();
         backend.frame(places, &mut output)?;
         let seconds = began.elapsed().as_secs_f64();
@@ -68,7 +68,7 @@ impl Solver {
         let settings = settings.of_solver();
         if settings != self.settings {
             self.backend = CpuBackend::new(self.scene.clone(), &settings, &running())?;
-            self.backend.set_wanted(Wanted { knots: false, curves: 0 })?;
+            self.backend.set_wanted(Wanted { knots: false, ..Wanted::default() })?;
             self.settings = settings;
         }
         self.backend.frame(places, &mut self.output)?;
