@@ -5,6 +5,8 @@ use glam::DVec3;
 use knotmesh::io::frames::FramesWriter;
 use knotmesh::io::smobj;
 use knotmesh::scene::Mode;
+use knotmesh::view::orbit::{Orbit, nearest, project};
+use knotmesh::view::script;
 use knotmesh::view::{Content, Options, Pull, Session, Settings};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -323,4 +325,52 @@ fn ten_thousand_stitches_follow_within_a_frame() {
     });
     println!("beta {beta:.2} ms, weight {weight:.2} ms, pull {pull:.2} ms");
     assert!(beta < 16.0 && weight < 16.0 && pull < 16.0, "beta {beta}, weight {weight}, pull {pull} ms");
+}
+
+/// Seen red with the vertical axis not turned over.
+#[test]
+fn what_is_projected_is_found_there() {
+    let mut orbit = Orbit::default();
+    orbit.fit([DVec3::ZERO, DVec3::new(2.0, 1.0, 0.0)], 1.5);
+    orbit.look_from(30.0, 20.0);
+    let (camera, size) = (orbit.camera(), glam::DVec2::new(600.0, 400.0));
+    let places = [DVec3::new(0.1, 0.1, 0.0), DVec3::new(1.9, 0.1, 0.0), DVec3::new(0.1, 0.9, 0.0)];
+    for (k, place) in places.into_iter().enumerate() {
+        let (point, _) = project(&camera, size, place).unwrap();
+        assert!(
+            point.cmpge(glam::DVec2::ZERO).all() && point.cmple(size).all(),
+            "all of it is in the picture"
+        );
+        assert_eq!(nearest(&camera, size, point, 10.0, places.into_iter()), Some(k));
+    }
+    let upper = project(&camera, size, places[2]).unwrap().0;
+    assert!(upper.y < project(&camera, size, places[0]).unwrap().0.y, "up is up");
+}
+
+/// Seen red with the target moved against the drag.
+#[test]
+fn a_pan_takes_what_is_under_the_mouse_along() {
+    let mut orbit = Orbit::default();
+    orbit.fit([DVec3::splat(-1.0), DVec3::splat(1.0)], 1.0);
+    let size = glam::DVec2::splat(500.0);
+    let before = project(&orbit.camera(), size, DVec3::ZERO).unwrap().0;
+    orbit.pan(glam::DVec2::new(0.1, 0.2));
+    let after = project(&orbit.camera(), size, DVec3::ZERO).unwrap().0;
+    assert!((after - before - glam::DVec2::new(50.0, 100.0)).length() < 1e-6, "{}", after - before);
+    orbit.toggle_perspective();
+    let flat = project(&orbit.camera(), size, DVec3::ZERO).unwrap().0;
+    assert!((flat - after).length() < 1.0, "as large without perspective: {flat} {after}");
+}
+
+/// Seen red with the number of a line counted from 0.
+#[test]
+fn steps_are_read_and_others_refused_by_line() {
+    let text = "# hello\nwait 3\nreplace k2 => p2\\nx\nset beta 0.3\nkey ctrl+shift+z\npull 7 0.1 0 -1 0.4\n";
+    let steps = script::parse("s".as_ref(), text).unwrap();
+    assert_eq!(steps.len(), 5);
+    assert_eq!(steps[1], script::Step::Replace("k2".into(), "p2\nx".into()));
+    assert_eq!(steps[4], script::Step::Pull(7, [0.1, 0.0, -1.0], 0.4));
+    let fault = |text| script::parse("s".as_ref(), text).unwrap_err().to_string();
+    assert!(fault("wait 1\nkey ctrl+nokey").starts_with("s:2:1: found 'key ctrl+nokey'"));
+    assert!(fault("click left 3").starts_with("s:1:1"));
 }

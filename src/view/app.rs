@@ -394,10 +394,6 @@ impl eframe::App for App {
             Err(error) => self.fail(&context, error),
         }
         self.questions(&context, time);
-        // What was pulled in this frame is seen in the next.
-        if self.session.is_stale() {
-            context.request_repaint();
-        }
         let dirty = if self.session.unsaved().is_empty() { "" } else { "* " };
         let title = format!("{dirty}{} - knotmesh", self.name());
         if title != self.title {

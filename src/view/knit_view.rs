@@ -150,6 +150,8 @@ impl KnitView {
             self.keys(ui);
         }
         self.pull(ui, session, mouse.filter(|_| keys || self.grab.is_some()), pane, time);
+        // What was pulled just now is seen in this frame.
+        session.solve();
         if before != (self.orbit, self.style) {
             self.moved = time;
         }

@@ -13,11 +13,13 @@ mod fabric;
 mod history;
 mod knit_view;
 mod net;
-mod orbit;
+#[doc(hidden)]
+pub mod orbit;
 mod panel;
 mod play;
 mod save;
-mod script;
+#[doc(hidden)]
+pub mod script;
 mod session;
 mod solver;
 mod stage;

@@ -180,22 +180,3 @@ pub fn modifiers_of(event: &Event) -> Modifiers {
         _ => Modifiers::NONE,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Seen red with the number of a line counted from 0.
-    #[test]
-    fn steps_are_read_and_others_refused_by_line() {
-        let text =
-            "# hello\nwait 3\nreplace k2 => p2\\nx\nset beta 0.3\nkey ctrl+shift+z\npull 7 0.1 0 -1 0.4\n";
-        let steps = parse("s".as_ref(), text).unwrap();
-        assert_eq!(steps.len(), 5);
-        assert_eq!(steps[1], Step::Replace("k2".into(), "p2\nx".into()));
-        assert_eq!(steps[4], Step::Pull(7, [0.1, 0.0, -1.0], 0.4));
-        let fault = |text| parse("s".as_ref(), text).unwrap_err().to_string();
-        assert!(fault("wait 1\nkey ctrl+nokey").starts_with("s:2:1: found 'key ctrl+nokey'"));
-        assert!(fault("click left 3").starts_with("s:1:1"));
-    }
-}

@@ -435,11 +435,6 @@ impl Session {
         }
     }
 
-    /// Whether something changed since it was last solved.
-    pub fn is_stale(&self) -> bool {
-        self.stale && self.fabric.is_some()
-    }
-
     /// Solves what changed since it was last called; whether anything did.
     pub fn solve(&mut self) -> bool {
         let Some(fabric) = self.fabric.clone().filter(|_| self.stale) else { return false };
