@@ -113,7 +113,7 @@ fn place(value: &Value, name: &str) -> glam::DVec3 {
     glam::DVec3::new(n(0), n(1), n(2))
 }
 
-/// Seen red with yarn never updated on the device, and with undo that does not knit again.
+/// Meant to fail with yarn never updated on the device, and with undo that does not knit again.
 #[test]
 fn an_edit_is_seen_and_undone() {
     let Some(display) = display() else { return };
@@ -155,7 +155,7 @@ set mode relax\npull 0 -0.02 -0.02 0.01 0.05\nsettle\nscreenshot e.png\npicture 
     assert_eq!(std::fs::read_to_string(&file).unwrap(), before);
 }
 
-/// Seen red with shift not asked for (a pan that turns), with the wheel's sign turned, with keys that a text has taken for the knit's
+/// Meant to fail with shift not asked for (a pan that turns), with the wheel's sign turned, with keys that a text has taken for the knit's
 /// own, and with a window that closes unasked.
 #[test]
 fn mouse_and_keys_are_those_of_blender_and_nothing_is_lost() {
@@ -195,7 +195,7 @@ close\nwait 3\nprint\nscreenshot ask.png\nkey escape\nwait 3\nprint\n";
     assert_eq!((&asked["asked"], &gone_on["asked"]), (&true.into(), &false.into()));
 }
 
-/// Seen red with the panic of the window library.
+/// Meant to fail with the panic of the window library.
 #[test]
 fn without_a_display_it_says_so() {
     let run = |name: Option<&str>| -> Output {

@@ -12,7 +12,7 @@ use eframe::egui;
 use egui::{ColorImage, Context, Event, RawInput, ScreenshotCallback, ViewportCommand};
 use glam::DVec3;
 use std::collections::VecDeque;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -242,7 +242,7 @@ fn print(app: &App) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }
 
-fn write(path: &PathBuf, image: &ColorImage) -> Result<()> {
+fn write(path: &Path, image: &ColorImage) -> Result<()> {
     let [width, height] = image.size.map(|n| n as u32);
     let pixels = image.pixels.iter().map(|p| [p.r(), p.g(), p.b(), 255]).collect();
     let mut output = Output::create(path)?;

@@ -109,7 +109,7 @@ fn key(text: &str) -> Option<Vec<Vec<Event>>> {
     let mut words: Vec<&str> = text.split('+').collect();
     let name = words.pop()?;
     for word in words {
-        modifiers = modifiers | modifier(word)?;
+        modifiers |= modifier(word)?;
     }
     let mut capital = name.to_string();
     if let Some(first) = capital.get_mut(..1) {
@@ -140,7 +140,7 @@ fn mouse(word: &str, rest: &str) -> Option<Step> {
                 "left" => button = PointerButton::Primary,
                 "middle" => button = PointerButton::Middle,
                 "right" => button = PointerButton::Secondary,
-                other => modifiers = modifiers | modifier(other)?,
+                other => modifiers |= modifier(other)?,
             }
         }
     }
