@@ -76,8 +76,10 @@ pub fn run(path: Option<&Path>, mut options: Options, launch: &Launch) -> Result
         return Err(error);
     }
     ended.map_err(|e| {
-        let line: Vec<String> = e.to_string().split_whitespace().map(str::to_string).collect();
-        Error::invalid(format_args!("cannot open a window: {}", line.join(" ")))
+        // What comes before the last colon names places in the window library's sources.
+        let text = e.to_string();
+        let words: Vec<&str> = text.rsplit(": ").next().unwrap_or_default().split_whitespace().collect();
+        Error::invalid(format_args!("cannot open a window: {}", words.join(" ")))
     })
 }
 
