@@ -23,6 +23,8 @@ pub mod pattern;
 pub mod render;
 pub mod scene;
 pub mod template;
+#[cfg(feature = "view")]
+pub mod view;
 pub mod yarn;
 
 pub use error::{Error, Result};

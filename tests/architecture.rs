@@ -30,6 +30,14 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     ("render", &["error", "math", "mesh", "scene", "backend", "measure", "yarn"]),
+    // On top of everything but the command line.
+    (
+        "view",
+        &[
+            "error", "ids", "math", "mesh", "template", "design", "cloth", "io", "scene", "knot", "backend",
+            "curve", "yarn", "render",
+        ],
+    ),
 ];
 
 /// Files that may import more than their module, and what.

@@ -23,6 +23,8 @@ mod report;
 mod skip;
 mod stress;
 mod templates;
+#[cfg(feature = "view")]
+mod view;
 
 use clap::{Parser, Subcommand};
 use knotmesh::Result;
@@ -63,6 +65,9 @@ enum Command {
     Convert(convert::Arguments),
     /// Run random faces, far beyond what cloth does, and say whether all holds that must.
     Stress(stress::Arguments),
+    /// Open a window: a pattern, chart or mesh, and its yarn, which follows every edit.
+    #[cfg(feature = "view")]
+    View(Box<view::Arguments>),
     /// Measure run time against error: every mode and solver on a mesh, as table, CSV and plot.
     #[cfg(feature = "measure")]
     Measure(Box<measure::Arguments>),
@@ -120,6 +125,8 @@ pub fn run() -> ExitCode {
         Command::Templates(arguments) => templates::run(&arguments).map(|()| Ending::Done),
         Command::Convert(arguments) => convert::run(&arguments, console).map(|()| Ending::Done),
         Command::Stress(arguments) => stress::run(&arguments, console),
+        #[cfg(feature = "view")]
+        Command::View(arguments) => view::run(&arguments),
         #[cfg(feature = "measure")]
         Command::Measure(arguments) => measure::run(&arguments, console).map(|()| Ending::Done),
     };

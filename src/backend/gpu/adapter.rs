@@ -132,6 +132,11 @@ impl Adapter {
         };
         let (device, queue) = pollster::block_on(self.0.request_device(&descriptor))
             .map_err(|e| Error::invalid(format_args!("cannot open {}: {e}", self.report())))?;
+        Ok(self.device(device, queue, limits, exact))
+    }
+
+    /// An open device of it, whose errors are kept from now on.
+    fn device(&self, device: wgpu::Device, queue: wgpu::Queue, limits: wgpu::Limits, exact: bool) -> Device {
         let faults = Arc::new(Mutex::new(None));
         let sink = faults.clone();
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| keep(&sink, e.to_string())));
@@ -141,7 +146,22 @@ impl Adapter {
         });
         let report = self.report();
         let (software, name) = (report.is_software(), report.to_string());
-        Ok(Device { device, queue, limits, exact, software, faults, name })
+        Device { device, queue, limits, exact, software, faults, name }
+    }
+
+    /// A device of it that a window opened.
+    #[cfg(feature = "view")]
+    pub(crate) fn opened(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Device {
+        let exact = device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS);
+        self.device(device.clone(), queue.clone(), device.limits(), exact)
+    }
+}
+
+/// An adapter that a window took.
+#[cfg(feature = "view")]
+impl From<wgpu::Adapter> for Adapter {
+    fn from(adapter: wgpu::Adapter) -> Self {
+        Self(adapter)
     }
 }
 
