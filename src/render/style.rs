@@ -33,7 +33,7 @@ pub const LEAST_ENERGY: f32 = 1e-9;
 /// What is not a number is drawn in this colour.
 const UNKNOWN: [u8; 3] = [128; 3];
 /// Numbers beyond this share of them at either end take the ends' colours.
-const TAIL: f64 = 0.02;
+const TAIL: f64 = 0.05;
 
 impl Style {
     /// Whether colours stand for numbers on a scale.
@@ -75,7 +75,7 @@ impl Style {
         }
     }
 
-    /// Between which numbers colours change, so that a few outliers do not decide: round numbers around all but 2 % of `numbers` at
+    /// Between which numbers colours change, so that a few outliers do not decide: round numbers around all but 5 % of `numbers` at
     /// either end, for tension as far below 1 as above. `None` where there are no numbers.
     pub fn range(self, numbers: &[f32]) -> Option<[f64; 2]> {
         let mut finite: Vec<f64> = numbers.iter().copied().filter(|x| x.is_finite()).map(f64::from).collect();
@@ -338,7 +338,7 @@ mod tests {
     #[test]
     fn ranges_are_round_and_leave_outliers_out() {
         let mut numbers = vec![1.0; 1000];
-        numbers.extend([1.04; 60]);
+        numbers.extend([1.04; 120]);
         numbers.extend([f32::NAN, 7.0, f32::INFINITY]);
         assert_eq!(Style::Tension.range(&numbers), Some([0.95, 1.05]));
         assert_eq!(Style::Error.range(&[0.011; 9]), Some([0.0, 0.015]));

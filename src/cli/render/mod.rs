@@ -163,6 +163,7 @@ struct Shot {
 /// Draws.
 pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     check(arguments)?;
+    output::check(arguments)?;
     let style = Style::from(arguments.style);
     let progress = Progress::new(console.quiet);
     progress.stage("reading");

@@ -17,6 +17,36 @@ pub enum Pictures {
     Gif(Box<Gif>),
 }
 
+/// Refuses outputs of another kind, without a folder, or in an input's place, before anything is read.
+pub fn check(arguments: &Arguments) -> Result<()> {
+    let path = &arguments.output;
+    if is_folder(path) {
+        return Ok(());
+    }
+    match extension(path).as_str() {
+        "png" | "gif" => {}
+        "mp4" | "webm" | "mkv" | "mov" | "avi" => return Err(film(arguments)),
+        _ => {
+            return Err(Error::invalid(format_args!(
+                "{0}: found another kind of output, expected .png, .gif or a folder (one that is to be made: {0}/)",
+                path.display()
+            )));
+        }
+    }
+    let within = path.parent().filter(|f| !f.as_os_str().is_empty());
+    if within.is_some_and(|f| !f.is_dir()) {
+        return Err(Error::invalid(format_args!("{}: its folder does not exist", path.display())));
+    }
+    if path.is_file() && std::fs::canonicalize(path).ok() == std::fs::canonicalize(&arguments.input).ok() {
+        return Err(Error::invalid(format_args!("{}: an output would replace an input", path.display())));
+    }
+    Ok(())
+}
+
+fn is_folder(path: &Path) -> bool {
+    path.is_dir() || path.to_string_lossy().ends_with(['/', std::path::MAIN_SEPARATOR])
+}
+
 /// A GIF that is being written.
 pub struct Gif {
     encoder: Encoder<Output>,
@@ -29,37 +59,17 @@ impl Pictures {
     /// For so many pictures of what is called `stem`; `numbered`: they are some of a longer sequence.
     pub fn open(arguments: &Arguments, stem: &str, count: usize, numbered: bool) -> Result<Self> {
         let path = &arguments.output;
-        let place = |p: &Path| std::fs::canonicalize(p).ok();
-        for input in [Some(&arguments.input), arguments.rest.as_ref()].into_iter().flatten() {
-            if path.exists() && place(path) == place(input) && path.is_file() {
-                return Err(Error::invalid(format_args!(
-                    "{}: an output would replace an input",
-                    path.display()
-                )));
-            }
-        }
         let several = count > 1 || numbered;
-        let folder = path.is_dir() || path.to_string_lossy().ends_with(['/', std::path::MAIN_SEPARATOR]);
-        if folder {
+        if is_folder(path) {
             std::fs::create_dir_all(path).map_err(|e| Error::io(path, e))?;
             // Percent signs of the name are no numbers.
             let name = path.join(format!("{}.png", stem.replace('%', "%%")));
             return Ok(Self::Png { names: FramePattern::new(&name, several)?, written: Vec::new() });
         }
-        let within = path.parent().filter(|f| !f.as_os_str().is_empty());
-        if within.is_some_and(|f| !f.is_dir()) {
-            return Err(Error::invalid(format_args!("{}: its folder does not exist", path.display())));
+        if extension(path) == "gif" {
+            return Ok(Self::Gif(Box::new(Gif::create(arguments)?)));
         }
-        match extension(path).as_str() {
-            "png" => Ok(Self::Png { names: FramePattern::new(path, several)?, written: Vec::new() }),
-            "gif" => Ok(Self::Gif(Box::new(Gif::create(arguments)?))),
-            "mp4" | "webm" | "mkv" | "mov" | "avi" => Err(film(arguments)),
-            _ => Err(Error::invalid(format_args!(
-                "{}: found another kind of output, expected .png, .gif or a folder (one that is not there yet: {}/)",
-                path.display(),
-                path.display()
-            ))),
-        }
+        Ok(Self::Png { names: FramePattern::new(path, several)?, written: Vec::new() })
     }
 
     /// Writes a picture.

@@ -1,0 +1,265 @@
+//! `knotmesh render`: exit codes and messages, inputs of every kind, numbered pictures, GIFs, legends.
+#![cfg(feature = "gpu")]
+
+#[path = "common/gpu.rs"]
+mod gpu;
+
+use assert_cmd::Command;
+use std::path::{Path, PathBuf};
+
+/// Small and quick.
+const SMALL: [&str; 6] = ["--width", "200", "--height", "150", "--samples", "4"];
+
+fn knotmesh(arguments: &[&str]) -> (i32, String) {
+    let output = Command::cargo_bin("knotmesh")
+        .unwrap()
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(arguments)
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.code().expect("not killed by a signal"), message)
+}
+
+/// Draws, and expects that to work.
+fn render(input: &str, output: &Path, more: &[&str]) -> String {
+    let output = output.to_string_lossy();
+    let mut arguments = vec!["render", input, "-o", &output];
+    arguments.extend(SMALL);
+    arguments.extend(more);
+    let (code, message) = knotmesh(&arguments);
+    assert_eq!(code, 0, "{input} {more:?}: {message}");
+    message
+}
+
+struct Png {
+    width: usize,
+    /// `[row][column]`
+    pixels: Vec<Vec<[u8; 4]>>,
+}
+
+fn read(path: &Path) -> Png {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    let size = info.color_type.samples();
+    let pixel = |p: &[u8]| [p[0], p[1], p[2], if size == 4 { p[3] } else { 255 }];
+    let row = |r: &[u8]| r.chunks_exact(size).map(pixel).collect();
+    let width = info.width as usize;
+    Png { width, pixels: bytes[..info.buffer_size()].chunks_exact(size * width).map(row).collect() }
+}
+
+/// Pixels that are not see-through, and the box around them: left, right, top, bottom.
+fn drawn(picture: &Png) -> (usize, [usize; 4]) {
+    let mut count = 0;
+    let mut ends = [usize::MAX, 0, usize::MAX, 0];
+    for (y, row) in picture.pixels.iter().enumerate() {
+        for (x, _) in row.iter().enumerate().filter(|(_, p)| p[3] > 128) {
+            count += 1;
+            ends = [ends[0].min(x), ends[1].max(x), ends[2].min(y), ends[3].max(y)];
+        }
+    }
+    (count, ends)
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let names = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name());
+    let mut names: Vec<String> = names.map(|n| n.to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// Positions of the swatch, each frame stretched by a factor along x, as `.npy`.
+fn stretched(folder: &Path, factors: &[f64]) -> PathBuf {
+    let mesh = knotmesh::io::smobj::read_file(Path::new("stitches/swatch.smobj")).unwrap();
+    let header = format!(
+        "{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}, 3), }}",
+        factors.len(),
+        mesh.positions.len()
+    );
+    let header = format!("{header:117}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    for factor in factors {
+        for p in &mesh.positions {
+            bytes.extend([p.x * factor, p.y, p.z].iter().flat_map(|x| x.to_le_bytes()));
+        }
+    }
+    let path = folder.join("stretch.npy");
+    std::fs::write(&path, bytes).unwrap();
+    path
+}
+
+/// Seen red with the input's kind taken from the output's name, and with messages of two lines.
+#[test]
+fn what_cannot_be_is_refused_in_one_line() {
+    let out = tempfile::tempdir().unwrap();
+    let curves = out.path().join("c.obj");
+    std::fs::write(&curves, "v 0 0 0\nv 1 0 0\nl 1 2\n").unwrap();
+    let curves = curves.to_string_lossy();
+    let png = out.path().join("a.png");
+    let png = png.to_string_lossy();
+    let swatch = "stitches/swatch.smobj";
+    let cases: &[(&[&str], &str)] = &[
+        (&["nothing.smobj", "-o", &png], "nothing.smobj"),
+        (&["Cargo.toml", "-o", &png], "another kind, expected a mesh"),
+        (&["stitches", "-o", &png], "--backend database"),
+        (&["cloth.bin", "-o", &png], "found a sequence of cloth"),
+        (&[swatch, "-o", &png, "--backend", "database"], "-o yarn.npz"),
+        (&[swatch, "-o", "a.mp4"], "ffmpeg -framerate 24 -i a.%04d.png -c:v libx264"),
+        (&[swatch, "-o", "a.webm", "--width", "99"], "pad=ceil(iw/2)*2"),
+        (&[swatch, "-o", "a.mp4", "--frame-range", "7:"], "-start_number 7"),
+        (&[swatch, "-o", "a.bmp"], "expected .png, .gif or a folder"),
+        (&[swatch, "-o", "none/a.png"], "its folder does not exist"),
+        (&["stitches/fair-isle.png", "-o", "stitches/fair-isle.png"], "would replace an input"),
+        (&[swatch, "-o", &png, "--camera", "above"], "expected front, back"),
+        (&[swatch, "-o", &png, "--target", "1,2"], "expected three numbers"),
+        (&[swatch, "-o", &png, "--range", "2,1"], "the lower first"),
+        (&[swatch, "-o", &png, "--range", "1,2"], "expected a --style of numbers"),
+        (&[swatch, "-o", &png, "--range", "0,2", "--style", "energy"], "expected numbers above 0"),
+        (&[swatch, "-o", &png, "--colour", "red"], "#rrggbb"),
+        (&[swatch, "-o", &png, "--colour", "#aabbcc", "--style", "type"], "expected --style yarn"),
+        (&[swatch, "-o", &png, "--background", "#00"], "paper, white, transparent"),
+        (&[swatch, "-o", &png, "--zoom", "0"], "--zoom: found 0"),
+        (&[swatch, "-o", &png, "--width", "1"], "1 is not in 16..=16384"),
+        (&[swatch, "-o", &png, "--size", "M"], "found --size for a stitch mesh, expected a pattern"),
+        (&[swatch, "-o", &png, "--gauge", "22x36"], "expected world units"),
+        (&[swatch, "-o", &png, "--radius", "1"], "found --radius for a stitch mesh"),
+        (&[swatch, "-o", &png, "--mode", "embed", "--style", "energy"], "expected --mode relax"),
+        (&[swatch, "-o", &png, "--frame-range", "1:"], "expected --frames"),
+        (&["stitches/scarf.knit", "-o", &png, "--frames", "a.npy"], "found --frames for a pattern"),
+        (&[&curves, "-o", &png, "--style", "type"], "for a curve file, expected a stitch mesh"),
+        (&[&curves, "-o", &png, "--style", "tension"], "found curves of one frame"),
+        (&[&curves, "-o", &png, "--frame-range", "3:"], "frame"),
+    ];
+    for (arguments, expected) in cases {
+        let mut all = vec!["render"];
+        all.extend(*arguments);
+        let (code, message) = knotmesh(&all);
+        assert_eq!(code, 2, "{arguments:?}: {message}");
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+        assert_eq!(message.trim_end().lines().count(), 1, "{arguments:?}: {message}");
+    }
+    assert_eq!(names(out.path()), ["c.obj"]);
+}
+
+/// Seen red with framing at half the distance, and with one that does not centre.
+#[test]
+fn every_kind_of_input_is_drawn_and_framed() {
+    let Some(_) = gpu::adapter() else { return };
+    let out = tempfile::tempdir().unwrap();
+    let at = |name: &str| out.path().join(name);
+    let text = |name: &str| at(name).to_string_lossy().into_owned();
+    let mut inputs = vec!["stitches/swatch.smobj".into(), "stitches/swatch.obj".into()];
+    inputs.extend(["stitches/motif.json".to_string(), "stitches/button-band.knit".into()]);
+    for extension in ["yarns", "bcc", "obj", "npz", "usda", "txt", "pbrt"] {
+        let name = text(&format!("swatch.{extension}"));
+        assert_eq!(knotmesh(&["relax", "stitches/swatch.smobj", "-q", "-o", &name]).0, 0);
+        inputs.push(name);
+    }
+    for input in inputs {
+        render(&input, &at("a.png"), &["--background", "transparent"]);
+        let picture = read(&at("a.png"));
+        let (count, [left, right, top, bottom]) = drawn(&picture);
+        assert!(count > 1500, "{input}: {count} pixels");
+        assert!(left > 2 && right < 197 && top > 2 && bottom < 147, "{input}: cut off at the border");
+        assert!(right - left > 175 || bottom - top > 130, "{input}: {left} to {right}, {top} to {bottom}");
+        let (x, y) = (left + right, top + bottom);
+        assert!(x.abs_diff(199) <= 6 && y.abs_diff(149) <= 6, "{input}: not in the middle");
+    }
+}
+
+/// Seen red with the turn left out, with frames numbered from 0 and with a trailer that was not written.
+#[test]
+fn pictures_are_numbered_and_gifs_have_all_frames() {
+    let Some(_) = gpu::adapter() else { return };
+    let out = tempfile::tempdir().unwrap();
+    let motion = stretched(out.path(), &[1.0, 1.1, 1.2, 1.3]);
+    let motion = motion.to_string_lossy();
+    let frames = ["--frames", &motion];
+    let folder = |name: &str| out.path().join(name);
+
+    std::fs::create_dir(folder("a")).unwrap();
+    render("stitches/swatch.smobj", &folder("a/f.png"), &[&frames[..], &["--frame-range", "1:3"]].concat());
+    assert_eq!(names(&folder("a")), ["f.0001.png", "f.0002.png"]);
+    // One of several is numbered, and not another picture than it is among others.
+    render("stitches/swatch.smobj", &folder("a/g%d.png"), &[&frames[..], &["--frame-range", "2"]].concat());
+    assert_eq!(names(&folder("a")), ["f.0001.png", "f.0002.png", "g2.png"]);
+
+    let tube = "stitches/tube.smobj";
+    render(tube, &folder("b/"), &["--turntable", "3"]);
+    assert_eq!(names(&folder("b")), ["tube.0000.png", "tube.0001.png", "tube.0002.png"]);
+    let [a, b] = ["b/tube.0000.png", "b/tube.0001.png"].map(|n| std::fs::read(folder(n)).unwrap());
+    assert_ne!(a, b);
+    render(tube, &folder("b"), &["--camera", "front"]);
+    assert!(folder("b/tube.png").is_file());
+
+    render("stitches/swatch.smobj", &folder("m.gif"), &[&frames[..], &["--fps", "10"]].concat());
+    let mut decoder = gif::DecodeOptions::new().read_info(std::fs::File::open(folder("m.gif")).unwrap()).unwrap();
+    let mut delays = Vec::new();
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        assert_eq!((frame.width, frame.height), (200, 150));
+        delays.push(frame.delay);
+    }
+    assert_eq!(delays, [10; 4]);
+    assert_eq!(std::fs::read(folder("m.gif")).unwrap().last(), Some(&0x3b));
+
+    let output = folder("c.png");
+    let output = output.to_string_lossy();
+    let both = ["render", "stitches/swatch.smobj", "-o", &output, "--frames", &motion, "--turntable", "3"];
+    let (code, message) = knotmesh(&both);
+    assert!(code == 2 && message.contains("found 4 frames, expected one: --frame-range 0:1"), "{message}");
+}
+
+/// The yarn is where the legend is not. Seen red with the legend's width left out of the framing, and without the legend.
+#[test]
+fn legends_stand_beside_the_yarn() {
+    let Some(_) = gpu::adapter() else { return };
+    let out = tempfile::tempdir().unwrap();
+    let at = |name: &str| out.path().join(name);
+    for style in ["tension", "error", "energy", "type", "tightness"] {
+        let options = ["--style", style, "--background", "transparent"];
+        render("stitches/rib.smobj", &at("with.png"), &options);
+        render("stitches/rib.smobj", &at("without.png"), &[&options[..], &["--no-legend"]].concat());
+        let (with, without) = (read(&at("with.png")), read(&at("without.png")));
+        assert_eq!((with.width, without.width), (200, 200));
+        let empty = |x: usize| with.pixels.iter().all(|row| row[x][3] == 0);
+        let ends = drawn(&without).1;
+        assert!(ends[1] - ends[0] > 150 || ends[3] - ends[2] > 120, "{style}: {ends:?}");
+        // From the right: a margin, the legend, a gap, yarn.
+        let columns: Vec<bool> = (0..200).rev().map(empty).collect();
+        let legend = columns.iter().position(|e| !e).unwrap();
+        assert!((2..60).contains(&legend), "{style}: the legend begins at {legend}");
+        let gap = columns.windows(8).enumerate().find(|(i, w)| *i > legend && w.iter().all(|e| *e));
+        let (gap, _) = gap.unwrap_or_else(|| panic!("{style}: the legend is not beside the yarn"));
+        assert!(gap > 30 && columns[gap..].iter().any(|e| !e), "{style}: {gap}");
+    }
+}
+
+/// A swatch that is stretched uniformly and embedded, so that the yarn follows: all the yarn along x is red, in the colours of the
+/// range. Curves give the same over their frame 0. Seen red with the range's ends exchanged, and with frame 1 for frame 0.
+#[test]
+fn tension_colours_a_stretched_swatch() {
+    let Some(_) = gpu::adapter() else { return };
+    let out = tempfile::tempdir().unwrap();
+    let motion = stretched(out.path(), &[1.0, 1.3]);
+    let (motion, curves) = (motion.to_string_lossy(), out.path().join("c.npz"));
+    let curves = curves.to_string_lossy();
+    let swatch = "stitches/swatch.smobj";
+    let embedded = ["--frames", &motion, "--mode", "embed"];
+    let relax = [&["relax", swatch, "-q", "-o", &curves][..], &embedded].concat();
+    assert_eq!(knotmesh(&relax).0, 0);
+    let look = ["--style", "tension", "--range", "0.7,1.3", "--no-legend", "--background", "transparent"];
+    render(&curves, &out.path().join("c.png"), &look);
+    let balance = |name: &str| {
+        let picture = read(&out.path().join(name));
+        let all = picture.pixels.iter().flatten().filter(|p| p[3] == 255);
+        let (sum, count) = all.fold((0, 0), |(s, n), p| (s + i64::from(p[0]) - i64::from(p[2]), n + 1));
+        sum as f64 / f64::from(count)
+    };
+    // Off-white at rest: about as much red as blue.
+    assert!(balance("c.0000.png").abs() < 12.0, "{}", balance("c.0000.png"));
+    assert!(balance("c.0001.png") > 25.0, "{}", balance("c.0001.png"));
+}
