@@ -5,6 +5,13 @@
 mod gpu;
 
 use assert_cmd::Command;
+use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running};
+use knotmesh::knot::Settings;
+use knotmesh::mesh::StitchMesh;
+use knotmesh::render::style::kinds;
+use knotmesh::render::{Strands, Style};
+use knotmesh::scene::{Mode, Scene, SceneOptions};
+use knotmesh::template::TemplateLibrary;
 use std::path::{Path, PathBuf};
 
 /// Small and quick.
@@ -92,7 +99,7 @@ fn stretched(folder: &Path, factors: &[f64]) -> PathBuf {
     path
 }
 
-/// Seen red with the input's kind taken from the output's name, and with messages of two lines.
+/// Seen red with a message of two lines.
 #[test]
 fn what_cannot_be_is_refused_in_one_line() {
     let out = tempfile::tempdir().unwrap();
@@ -145,7 +152,7 @@ fn what_cannot_be_is_refused_in_one_line() {
     assert_eq!(names(out.path()), ["c.obj"]);
 }
 
-/// Seen red with framing at half the distance, and with one that does not centre.
+/// Seen red with framing at two thirds of the distance.
 #[test]
 fn every_kind_of_input_is_drawn_and_framed() {
     let Some(_) = gpu::adapter() else { return };
@@ -171,7 +178,7 @@ fn every_kind_of_input_is_drawn_and_framed() {
     }
 }
 
-/// Seen red with the turn left out, with frames numbered from 0 and with a trailer that was not written.
+/// Seen red with frames numbered from 0.
 #[test]
 fn pictures_are_numbered_and_gifs_have_all_frames() {
     let Some(_) = gpu::adapter() else { return };
@@ -197,7 +204,8 @@ fn pictures_are_numbered_and_gifs_have_all_frames() {
     assert!(folder("b/tube.png").is_file());
 
     render("stitches/swatch.smobj", &folder("m.gif"), &[&frames[..], &["--fps", "10"]].concat());
-    let mut decoder = gif::DecodeOptions::new().read_info(std::fs::File::open(folder("m.gif")).unwrap()).unwrap();
+    let mut decoder =
+        gif::DecodeOptions::new().read_info(std::fs::File::open(folder("m.gif")).unwrap()).unwrap();
     let mut delays = Vec::new();
     while let Some(frame) = decoder.read_next_frame().unwrap() {
         assert_eq!((frame.width, frame.height), (200, 150));
@@ -213,7 +221,7 @@ fn pictures_are_numbered_and_gifs_have_all_frames() {
     assert!(code == 2 && message.contains("found 4 frames, expected one: --frame-range 0:1"), "{message}");
 }
 
-/// The yarn is where the legend is not. Seen red with the legend's width left out of the framing, and without the legend.
+/// The yarn is where the legend is not. Seen red with the legend's width left out of the framing.
 #[test]
 fn legends_stand_beside_the_yarn() {
     let Some(_) = gpu::adapter() else { return };
@@ -239,7 +247,7 @@ fn legends_stand_beside_the_yarn() {
 }
 
 /// A swatch that is stretched uniformly and embedded, so that the yarn follows: all the yarn along x is red, in the colours of the
-/// range. Curves give the same over their frame 0. Seen red with the range's ends exchanged, and with frame 1 for frame 0.
+/// range. Curves give the same over their frame 0. Seen red with frame 1 for frame 0.
 #[test]
 fn tension_colours_a_stretched_swatch() {
     let Some(_) = gpu::adapter() else { return };
@@ -262,4 +270,59 @@ fn tension_colours_a_stretched_swatch() {
     // Off-white at rest: about as much red as blue.
     assert!(balance("c.0000.png").abs() < 12.0, "{}", balance("c.0000.png"));
     assert!(balance("c.0001.png") > 25.0, "{}", balance("c.0001.png"));
+}
+
+/// A mesh's frame at its own positions, in the mode `embed`.
+fn embedded(mesh: &StitchMesh) -> (Scene, FrameOutput<f64>) {
+    let options = SceneOptions { mode: Mode::Embed, gauge: Some(1.0), ..SceneOptions::default() };
+    let scene = Scene::compile(mesh, &TemplateLibrary::embedded(), options).unwrap();
+    let shared = std::sync::Arc::new(scene.clone());
+    let mut backend = CpuBackend::new(shared, &Settings::default(), &Running::default()).unwrap();
+    let mut output = FrameOutput::default();
+    backend.frame(&mesh.positions, &mut output).unwrap();
+    (scene, output)
+}
+
+/// Of one face, tightness is the length of all of its yarn times its width, over a rectangle's area.
+///
+/// Seen red with the radius for the width.
+#[test]
+fn tightness_of_one_face_is_what_it_is_by_hand() {
+    let mut mesh = knotmesh::io::smobj::read_file(Path::new("stitches/swatch.smobj")).unwrap();
+    let face = (0..mesh.face_count()).find(|f| mesh.face_type((*f).into()).name == "knit+").unwrap();
+    let [begin, end] = [0, 1].map(|k| mesh.face_offsets[face + k] as usize);
+    mesh.face_vertices = mesh.face_vertices[begin..end].to_vec();
+    mesh.face_offsets = vec![0, 4];
+    mesh.face_types = vec![mesh.face_types[face]];
+    (mesh.face_source, mesh.face_origins) = (Vec::new(), Vec::new());
+    mesh.joins.clear();
+    mesh.checkpoints.clear();
+    for width in [1.0, 2.0] {
+        let corners = [(0.0, 0.0), (width, 0.0), (width, 0.61), (0.0, 0.61)];
+        for (vertex, (x, y)) in mesh.face_vertices.iter().zip(corners) {
+            mesh.positions[vertex.index()] = glam::DVec3::new(x, y, 0.0);
+        }
+        let (scene, output) = embedded(&mesh);
+        let strands = Strands::of_frame(&mesh, &scene, &output);
+        let length = |yarn: usize| {
+            let points = &output.points[scene.yarns.range(yarn)];
+            points.windows(2).map(|p| (p[1] - p[0]).to_f64().length()).sum::<f64>()
+        };
+        let length: f64 = (0..scene.yarns.len()).map(length).sum();
+        let expected = length * 0.2 / (width * 0.61);
+        let found = Style::Tightness.of_frame(&strands, &scene, &output, &mesh.positions);
+        let near = |t: &f32| (f64::from(*t) / expected - 1.0).abs() < 1e-5;
+        assert!(found.iter().all(near), "{found:?}, by hand {expected}");
+        assert!(expected > 0.3 && expected < 2.0, "{expected}");
+    }
+}
+
+/// The rib has 12 columns: 6 of knits, 6 of purls. Seen red with the least frequent first.
+#[test]
+fn kinds_are_counted_the_most_frequent_first() {
+    let mesh = knotmesh::io::smobj::read_file(Path::new("stitches/rib.smobj")).unwrap();
+    let found = kinds(&mesh, &embedded(&mesh).0);
+    let found: Vec<(&str, usize)> = found.iter().map(|k| (k.name.as_str(), k.count)).collect();
+    assert_eq!(found[..4], [("knit-", 42), ("purl-", 42), ("knit+", 36), ("purl+", 36)]);
+    assert_eq!(found.iter().map(|k| k.1).sum::<usize>(), mesh.face_count());
 }

@@ -269,7 +269,7 @@ fn ticks(low: f64, high: f64, logarithmic: bool) -> Vec<(f64, String)> {
 mod tests {
     use super::*;
 
-    /// Seen red with steps of 3, and with the highest left out.
+    /// Seen red with steps of 3.
     #[test]
     fn ticks_are_round() {
         let labels = |low, high, log| ticks(low, high, log).into_iter().map(|t| t.1).collect::<Vec<_>>();

@@ -323,7 +323,7 @@ mod tests {
         }
     }
 
-    /// Seen red with segments taken as points (no mean), and with an open yarn's ends joined.
+    /// Seen red with segments taken as points (no mean).
     #[test]
     fn tension_is_the_mean_of_both_sides() {
         let open = line(&[2.0, 4.0], false);

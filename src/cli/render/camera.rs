@@ -134,7 +134,7 @@ fn usual(bounds: [DVec3; 2], axes: &Axes, front: Option<DVec3>) -> View {
 mod tests {
     use super::*;
 
-    /// Seen red with the fabric's front left out, and with THIN at 2.
+    /// Seen red with the fabric's front left out.
     #[test]
     fn flat_things_are_seen_from_their_front() {
         let around = |x: f64, y: f64, z: f64| [-DVec3::new(x, y, z), DVec3::new(x, y, z)];
