@@ -16,7 +16,11 @@ mkdir -p "$out"
 draw() { # NAME INPUT OPTIONS...
     local name=$1
     shift
-    "$knotmesh" render "$@" --width 720 --height 540 --samples 16 -o "$out/$name.png"
+    "$knotmesh" render "$@" --width 720 --height 540 --samples 8 -o "$out/$name.png"
+    # One frame of several has its number in its name.
+    for numbered in "$out/$name".*.png; do
+        [ ! -e "$numbered" ] || mv "$numbered" "$out/$name.png"
+    done
     echo "$out/$name.png"
 }
 

@@ -150,12 +150,12 @@ fn tension(strands: &Strands) -> Vec<f32> {
     let mut tension = vec![f32::NAN; strands.points.len()];
     for (yarn, ends) in strands.offsets.windows(2).enumerate() {
         let (begin, end) = (ends[0] as usize, ends[1] as usize);
-        for i in begin..end {
+        for (i, tension) in (begin..end).zip(&mut tension[begin..end]) {
             let next = if i + 1 < end { i + 1 } else { begin };
             let there = i + 1 < end || strands.closed[yarn] && end - begin > 2;
             if there && strands.rest[i] > 0.0 {
                 let length = Vec3::from(strands.points[next]).distance(Vec3::from(strands.points[i]));
-                tension[i] = length / strands.rest[i];
+                *tension = length / strands.rest[i];
             }
         }
     }
