@@ -127,7 +127,12 @@ fn usual(bounds: [DVec3; 2], axes: &Axes, front: Option<DVec3>) -> View {
     if axis.dot(axes.up).abs() > 0.5 {
         return View { azimuth: 0.0, elevation: 90.0 * axis.dot(axes.up).signum() };
     }
-    View { azimuth: axis.dot(right).atan2(axis.dot(axes.front)).to_degrees().round(), elevation: 0.0 }
+    let azimuth = match (axis.dot(right), axis.dot(axes.front)) {
+        (side, _) if side.abs() > 0.5 => 90.0 * side.signum(),
+        (_, front) if front < 0.0 => 180.0,
+        _ => 0.0,
+    };
+    View { azimuth, elevation: 0.0 }
 }
 
 #[cfg(test)]
