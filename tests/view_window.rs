@@ -168,9 +168,9 @@ settle\nprint\n\
 drag middle 600 250 660 250\nprint\n\
 drag shift+middle 600 250 630 270\nprint\n\
 scroll 600 250 3\nwait 40\nprint\n\
-key home\nkey num1\nsettle\nprint\n\
+key num1\nkey home\nsettle\nprint\n\
 click left 635 250\nwait 3\nprint\n\
-move 600 250\nkey g\nmove 600 200\nclick left 600 200\nprint\n\
+key escape\nmove 600 250\nkey g\nmove 600 200\nclick left 600 200\nprint\n\
 key ctrl+z\nprint\n\
 click left 200 120\nwait 2\ntype g\nwait 2\nprint\n\
 close\nwait 3\nprint\nscreenshot ask.png\nkey escape\nwait 3\nprint\n";

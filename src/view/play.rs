@@ -9,7 +9,7 @@ use crate::render::Picture;
 use crate::scene::Mode;
 use crate::{Error, Result};
 use eframe::egui;
-use egui::{ColorImage, Context, Event, RawInput, ScreenshotCallback, ViewportCommand};
+use egui::{ColorImage, Context, Event, Modifiers, RawInput, ScreenshotCallback, ViewportCommand};
 use glam::DVec3;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -23,6 +23,8 @@ const PATIENCE: f64 = 120.0;
 pub struct Play {
     steps: VecDeque<Step>,
     events: VecDeque<Vec<Event>>,
+    /// Keys that are held while the mouse is dragged.
+    held: Modifiers,
     wait: u32,
     since: Instant,
     shot: Option<(PathBuf, Shot)>,
@@ -45,7 +47,15 @@ impl Play {
     pub fn new(steps: Vec<Step>) -> Self {
         let (events, since) = (VecDeque::new(), Instant::now());
         // Numbers beyond those of the mouse's pulls.
-        Self { steps: steps.into(), events, wait: 2, since, shot: None, pulls: 1 << 32 }
+        Self {
+            steps: steps.into(),
+            events,
+            held: Modifiers::NONE,
+            wait: 2,
+            since,
+            shot: None,
+            pulls: 1 << 32,
+        }
     }
 
     /// The events of a frame.
@@ -56,7 +66,15 @@ impl Play {
         });
         if let Some(events) = self.events.pop_front() {
             for event in events {
-                raw.events.push(Event::ModifiersChanged(modifiers_of(&event)));
+                // What was down when a button was pressed stays down while it is dragged.
+                let modifiers = match &event {
+                    Event::PointerMoved(_) => self.held,
+                    other => modifiers_of(other),
+                };
+                if let Event::PointerButton { pressed, .. } = &event {
+                    self.held = if *pressed { modifiers } else { Modifiers::NONE };
+                }
+                raw.events.push(Event::ModifiersChanged(modifiers));
                 raw.events.push(event);
             }
         }
