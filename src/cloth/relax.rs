@@ -1,7 +1,7 @@
 //! Quasi-static relaxation: the shape of least energy that is downhill from a start.
 //!
 //! First the start is scaled to the best size, which has a closed form. What is not flat then goes downhill by L-BFGS
-//! ([`super::descend`]), which passes buckles everywhere at once, until forces are within ten times their bound. Newton's method in
+//! (`descend`), which passes buckles everywhere at once, until forces are within ten times their bound. Newton's method in
 //! a region of trust (Steihaug 1983) does the rest: steps are as long as the quadratic model has proved right, and go that far along
 //! directions in which the energy curves down. Should it take long, the two take turns. A step that does not lower the energy
 //! is not taken, however rough the start. All of it turns with the start: a turned start gives the turned result but for rounding.

@@ -2,7 +2,7 @@
 //!
 //! Data flows [`Strands`] (what is drawn) + [`Camera`] + [`Look`] -> [`Painter`] -> [`Picture`]. A frame goes through passes, a file
 //! each: points to yarn cross-sections (`prepare`), what is seen and how finely (`cull`), the light's view (`shadow`), depth, ambient
-//! occlusion, shading, and development to 8 bits. What a pass needs of the ones before lies in [`targets`], so that
+//! occlusion, shading, and development to 8 bits. What a pass needs of the ones before lies in `targets`, so that
 //! passes of fibres and environment light can stand beside those of yarn.
 
 pub mod camera;
