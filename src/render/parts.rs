@@ -205,7 +205,7 @@ mod tests {
         }
     }
 
-    /// Seen red without the points after next.
+    /// Meant to fail without the points after next.
     #[test]
     fn parts_know_the_neighbours_of_their_segments() {
         for closed in [false, true] {
@@ -233,7 +233,7 @@ mod tests {
         }
     }
 
-    /// Seen red without sharing out what is left over.
+    /// Meant to fail without sharing out what is left over.
     #[test]
     fn sides_of_a_closed_yarn_meet_again() {
         let strands = ring(60, true);

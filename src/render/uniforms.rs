@@ -259,7 +259,7 @@ mod tests {
         }
     }
 
-    /// Seen red with near and far exchanged, and with the zoom the other way round.
+    /// Meant to fail with near and far exchanged, and with the zoom the other way round.
     #[test]
     fn a_framed_box_is_in_the_picture_and_nearly_fills_it() {
         let bounds = [DVec3::new(4.5, -0.5, -0.5), DVec3::new(5.5, 0.5, 0.5)];
@@ -287,7 +287,7 @@ mod tests {
         }
     }
 
-    /// Seen red with points that pass the camera's other side.
+    /// Meant to fail with points that pass the camera's other side.
     #[test]
     fn a_point_nearer_has_the_greater_depth() {
         let bounds = [DVec3::new(4.5, -0.5, -0.5), DVec3::new(5.5, 0.5, 0.5)];

@@ -10,7 +10,7 @@ use knotmesh::render::{Camera, Look, Painter, Strands, View, Yarn};
 
 /// Solved and drawn on one device without coming back: the same picture, to the byte, as of points that came back.
 ///
-/// Seen red with the last frame's points, and with places relative to another origin.
+/// Meant to fail with the last frame's points, and with places relative to another origin.
 #[test]
 fn points_need_not_come_back() {
     let Some(adapter) = adapter() else { return };
@@ -58,7 +58,7 @@ fn points_need_not_come_back() {
     assert!(kept.points == back.points);
 }
 
-/// Seen red without the check of devices.
+/// Meant to fail without the check of devices.
 #[test]
 fn points_of_another_device_are_refused() {
     let Some(adapter) = adapter() else { return };

@@ -6,7 +6,7 @@ use glam::DVec3;
 use knotmesh::render::camera::Axes;
 use knotmesh::render::{Camera, Look, Painter, Strands, View};
 
-/// Seen red with levels chosen by the distance's inverse, and without planes.
+/// Meant to fail with levels chosen by the distance's inverse, and without planes.
 #[test]
 fn levels_follow_the_distance_and_nothing_out_of_view_is_drawn() {
     let Some(adapter) = adapter() else { return };
@@ -38,7 +38,7 @@ fn levels_follow_the_distance_and_nothing_out_of_view_is_drawn() {
     assert_eq!(counts(1.0, 3.0).drawn, [0; 4]);
 }
 
-/// Levels look alike where one gives way to the next. Seen red with the third level's rings turned inside out.
+/// Levels look alike where one gives way to the next. Meant to fail with the third level's rings turned inside out.
 #[test]
 fn a_finer_level_changes_little() {
     let Some(adapter) = adapter() else { return };
@@ -57,7 +57,7 @@ fn a_finer_level_changes_little() {
     }
 }
 
-/// Yarn in many parts is the same yarn. Seen red with parts that lack the point after next.
+/// Yarn in many parts is the same yarn. Meant to fail with parts that lack the point after next.
 #[test]
 fn parts_make_no_difference() {
     let Some(adapter) = adapter() else { return };
