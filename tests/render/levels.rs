@@ -52,7 +52,8 @@ fn a_finer_level_changes_little() {
             |detail: f32| paint(&painter, &strands, &camera, &Look { detail, ..plain() }, [300, 300]);
         let (coarse, fine) = (picture(1.0), picture(20.0));
         let covers = covered(&coarse) / covered(&fine);
-        assert!((covers - 1.0).abs() < 0.02, "{height}: {covers}");
+        // Chords cut corners: at two pixels' radius by 2.2 %.
+        assert!((covers - 1.0).abs() < 0.03, "{height}: {covers}");
         assert!(apart(&coarse, &fine) < 5.0, "{height}: {}", apart(&coarse, &fine));
     }
 }
