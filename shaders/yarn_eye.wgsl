@@ -6,7 +6,7 @@ struct Eye {
     planes: array<vec4<f32>, 6>,
     // Place of the camera and 1, or the direction to the light and 0.
     place: vec4<f32>,
-    // Pixels per unit at distance 1 (camera) or anywhere (light), detail, least radius in pixels, whether volume is kept.
+    // Pixels per unit at distance 1 (camera) or anywhere (light), detail, least radius in pixels, how many pixels a chord may be off.
     scale: vec4<f32>,
 }
 

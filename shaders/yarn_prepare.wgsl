@@ -2,9 +2,8 @@
 // along the yarn at first and over time from then on. A point a thread, in two passes.
 
 struct Preparing {
-    // Points of this part, and how many of them begin segments of its own (the others belong to its neighbours).
+    // Points of this part and of its neighbours that it needs.
     points: u32,
-    own: u32,
     keep_volume: u32,
 }
 

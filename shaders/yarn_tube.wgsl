@@ -26,7 +26,8 @@ struct Level {
 
 const CAP = 0x80000000u;
 const AT_START = 0x40000000u;
-const INDEX = 0x3fffffffu;
+const MERGED = 28u;
+const INDEX = 0x0fffffffu;
 const TAU = 6.2831853;
 
 struct Vertex {
@@ -51,6 +52,26 @@ fn carried(v: vec3<f32>, a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
 fn light_of(packed: u32) -> vec3<f32> {
     let c = unpack4x8unorm(packed).xyz;
     return select(pow((c + 0.055) / 1.055, vec3<f32>(2.4)), c / 12.92, c <= vec3<f32>(0.04045));
+}
+
+// What is left of a direction in the picture.
+fn seen(v: vec3<f32>, look: vec3<f32>) -> f32 {
+    return length(v - look * dot(v, look));
+}
+
+// How long the curve of so many segments is in the picture. Tangents of an arc's segment are c (1 + a^2/4) long where it is c (1 + a^2/6).
+fn curve_length(i: u32, count: u32, look: vec3<f32>) -> f32 {
+    var sum = 0.0;
+    var from_here = places[i].xyz;
+    for (var k = 0u; k < count; k++) {
+        let to = places[links[i + k].y].xyz;
+        let chord = to - from_here;
+        let c = length(chord);
+        let arc = (c + length(leaves[i + k].xyz) + length(arrives[i + k].xyz)) / (3.0 * max(c, 1e-20));
+        sum += seen(chord, look) * arc;
+        from_here = to;
+    }
+    return sum;
 }
 
 // Vertex `number` of the tube of the list's item `instance`.
@@ -86,7 +107,9 @@ fn tube(number: u32, instance: u32) -> Vertex {
             out.along = fixed[i].z - fixed[i].w * 0.1 * t;
         }
     } else {
-        let next = links[i].y;
+        // Segments that are drawn as one: the last leads to its end.
+        let count = 1u << ((item >> MERGED) & 3u);
+        let next = links[i + count - 1u].y;
         let there = places[next];
         let leave = leaves[i];
         let arrive = arrives[i].xyz;
@@ -95,6 +118,7 @@ fn tube(number: u32, instance: u32) -> Vertex {
         let enters = normalize(leave.xyz);
         let ends = normalize(leaves[next].xyz);
         var tangent = enters;
+        var wider = 1.0;
         if ring == level.steps {
             out.p = there.xyz;
             tangent = ends;
@@ -108,15 +132,28 @@ fn tube(number: u32, instance: u32) -> Vertex {
             let l = length(d);
             tangent = select(enters, d / l, l > 1e-20);
         }
+        if level.steps == 1u {
+            // Rings stand between chords, as much wider as they stand aslant; across their chord where yarn turns back, or they would have
+            // no width.
+            let chord = there.xyz - here.xyz;
+            let l = length(chord);
+            let along = select(enters, chord / l, l > 1e-20);
+            let look = towards(eye, here.xyz);
+            let slant = dot(along, tangent);
+            tangent = select(along, tangent, slant > 0.5);
+            wider = 1.0 / select(1.0, slant, slant > 0.5);
+            // A chord is shorter than its curve: wider by half of that, it covers as much (the other half lies over other yarn).
+            wider *= sqrt(clamp(curve_length(i, count, look) / max(seen(chord, look), 1e-20), 1.0, 1.6));
+        }
         out.tangent = tangent;
         let straight = carried(sides[i].xyz, enters, tangent);
         let turn = leave.w * t;
         side = straight * cos(turn) + cross(tangent, straight) * sin(turn);
         // Between rings that stand at an angle to each other, a tube is thinner than they are.
-        let thinner = (1.0 - dot(enters, ends)) / (4.0 * f32(level.steps * level.steps));
-        out.radius = mix(here.w, there.w, t) * (1.0 + thinner);
+        let thinner = select(0.0, (1.0 - dot(enters, ends)) / (4.0 * f32(level.steps * level.steps)), level.steps > 1u);
+        out.radius = mix(here.w, there.w, t) * (1.0 + thinner) * wider;
         out.normal = vec3<f32>(0.0);
-        out.along = fixed[i].z + fixed[i].w * t;
+        out.along = fixed[i].z + fixed[i].w * f32(count) * t;
         out.stretch = mix(sides[i].w, sides[next].w, t);
         out.colour = mix(light_of(colours[i]), light_of(colours[next]), t);
     }

@@ -19,11 +19,14 @@ mod strands;
 pub mod style;
 mod targets;
 mod uniforms;
+mod yarn;
 
 pub use camera::{Camera, View};
 pub use legend::Legend;
 pub use look::{Background, Look, Shading};
-pub use painter::{Canvas, Counts, Painter, Yarn};
+pub use painter::Painter;
 pub use picture::Picture;
 pub use strands::Strands;
 pub use style::Style;
+pub use targets::Canvas;
+pub use yarn::{Counts, Yarn};

@@ -37,11 +37,15 @@ impl Neighbours<'_> {
     }
 }
 
-/// Cuts strands into parts of at most `most` points of their own.
+/// Segments that may be drawn as one at most; as in `shaders/yarn_cull.wgsl`.
+pub const RUN: usize = 8;
+
+/// Cuts strands into parts of at most `most` points of their own (or [`RUN`], where that is more), between runs.
 pub fn parts(strands: &Strands, most: usize) -> Vec<Part> {
     let count = strands.points.len();
-    let parts = count.div_ceil(most.max(1)).max(1);
-    (0..parts).map(|k| part(strands, count * k / parts..count * (k + 1) / parts)).collect()
+    let each = (most / RUN).max(1) * RUN;
+    let parts = count.div_ceil(each).max(1);
+    (0..parts).map(|k| part(strands, each * k..count.min(each * (k + 1)))).collect()
 }
 
 fn part(strands: &Strands, own: Range<usize>) -> Part {

@@ -5,12 +5,18 @@ use super::fibre;
 use super::targets::{COLOUR, DEPTH, SAMPLES};
 use crate::Result;
 use crate::backend::gpu::Device;
+use std::cell::Cell;
 use wgpu::{BufferBindingType, ShaderStages, TextureSampleType};
 
-/// How finely a level is drawn: steps along a segment, sides of its tube; the first two are the halves of tubes that face the eye.
-pub const LEVELS: [[u32; 2]; 4] = [[2, 2], [2, 4], [4, 16], [8, 32]];
-/// How many levels are halves.
-pub const HALVES: usize = 2;
+/// How finely a level is drawn: steps along a segment (or, at the first, along several that are one), sides of its tube.
+pub const LEVELS: [[u32; 2]; 5] = [[1, 2], [2, 2], [3, 4], [4, 16], [8, 32]];
+/// How many levels, from the first, are the halves of tubes that face the eye.
+pub const HALVES: usize = 3;
+/// The first level at which plies are seen.
+pub const NEAR: usize = 2;
+
+/// A text in the shaders, and what stands for it.
+pub type Fault<'a> = [&'a str; 2];
 
 #[derive(Debug)]
 pub struct Passes {
@@ -28,13 +34,14 @@ pub struct Passes {
     pub depth: wgpu::RenderPipeline,
     pub occlude: wgpu::ComputePipeline,
     pub smooth: wgpu::ComputePipeline,
-    pub shade: wgpu::RenderPipeline,
+    /// Of yarn of a pixel or less (the levels before [`NEAR`]), and of all other.
+    pub shade: [wgpu::RenderPipeline; 2],
     pub develop: wgpu::ComputePipeline,
     pub fibres: wgpu::TextureView,
     pub compare: wgpu::Sampler,
     pub repeat: wgpu::Sampler,
     /// `[level]` indices of its triangles.
-    pub indices: [wgpu::Buffer; 4],
+    pub indices: [wgpu::Buffer; LEVELS.len()],
 }
 
 /// What is bound: a binding's stages and kind.
@@ -60,8 +67,13 @@ fn written(format: wgpu::TextureFormat) -> Entry {
     (ShaderStages::COMPUTE, wgpu::BindingType::StorageTexture { access, format, view_dimension })
 }
 
-/// Makes layouts and pipelines; what is wrong with a shader is an error here.
-struct Maker<'a>(&'a Device);
+/// Makes layouts and pipelines.
+struct Maker<'a> {
+    device: &'a Device,
+    fault: Option<Fault<'a>>,
+    /// Whether a shader had the fault's text.
+    faulty: Cell<bool>,
+}
 
 impl Maker<'_> {
     fn layout(&self, name: &str, entries: &[Entry]) -> wgpu::BindGroupLayout {
@@ -73,30 +85,35 @@ impl Maker<'_> {
         };
         let entries: Vec<_> = entries.iter().enumerate().map(entry).collect();
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(name), entries: &entries };
-        self.0.device.create_bind_group_layout(&descriptor)
+        self.device.device.create_bind_group_layout(&descriptor)
     }
 
     fn module(&self, name: &str, parts: &[&str]) -> wgpu::ShaderModule {
-        let source = wgpu::ShaderSource::Wgsl(parts.concat().into());
-        self.0.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source })
+        let mut text = parts.concat();
+        if let Some([from, to]) = self.fault.filter(|[from, _]| text.contains(from)) {
+            text = text.replace(from, to);
+            self.faulty.set(true);
+        }
+        let source = wgpu::ShaderSource::Wgsl(text.into());
+        self.device.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source })
     }
 
     fn pipeline_layout(&self, groups: &[&wgpu::BindGroupLayout]) -> wgpu::PipelineLayout {
         let groups: Vec<_> = groups.iter().map(|g| Some(*g)).collect();
         let descriptor =
             wgpu::PipelineLayoutDescriptor { label: None, bind_group_layouts: &groups, immediate_size: 0 };
-        self.0.device.create_pipeline_layout(&descriptor)
+        self.device.device.create_pipeline_layout(&descriptor)
     }
 
     fn compute(
         &self,
         module: &wgpu::ShaderModule,
         entry: &str,
-        group: &wgpu::BindGroupLayout,
+        groups: &[&wgpu::BindGroupLayout],
     ) -> wgpu::ComputePipeline {
-        self.0.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        self.device.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(entry),
-            layout: Some(&self.pipeline_layout(&[group])),
+            layout: Some(&self.pipeline_layout(groups)),
             module,
             entry_point: Some(entry),
             compilation_options: Default::default(),
@@ -117,7 +134,7 @@ impl Maker<'_> {
             blend: None,
             write_mask: wgpu::ColorWrites::ALL,
         })];
-        self.0.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        self.device.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: vertex,
             layout: Some(&self.pipeline_layout(groups)),
             vertex: wgpu::VertexState {
@@ -148,24 +165,28 @@ impl Maker<'_> {
 }
 
 impl Passes {
-    pub fn new(device: &Device) -> Result<Self> {
+    /// # Errors
+    /// What is wrong with a shader; a fault whose text none of them has.
+    pub fn new(device: &Device, fault: Option<Fault>) -> Result<Self> {
         let scope = device.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let made = Self::make(device);
+        let maker = Maker { device, fault, faulty: Cell::new(fault.is_none()) };
+        let made = Self::make(&maker);
         match pollster::block_on(scope.pop()) {
             Some(fault) => Err(device.fault(&fault.to_string())),
+            None if !maker.faulty.get() => Err(device.fault("no shader has the text of the fault")),
             None => Ok(made),
         }
     }
 
-    fn make(device: &Device) -> Self {
-        let maker = Maker(device);
+    fn make(maker: &Maker) -> Self {
+        let device = maker.device;
         let (compute, vertex, fragment) =
             (ShaderStages::COMPUTE, ShaderStages::VERTEX, ShaderStages::FRAGMENT);
         let float = TextureSampleType::Float { filterable: true };
         let unfiltered = TextureSampleType::Float { filterable: false };
         let read = |stages| storage(stages, true);
         let write = storage(compute, false);
-        let eye = maker.layout("eye", &[uniform(vertex | fragment, false)]);
+        let eye = maker.layout("eye", &[uniform(compute | vertex | fragment, false)]);
         let preparing = maker.layout(
             "prepare",
             &[
@@ -182,7 +203,6 @@ impl Passes {
         let culling = maker.layout(
             "cull",
             &[
-                uniform(compute, false),
                 uniform(compute, false),
                 read(compute),
                 read(compute),
@@ -238,7 +258,10 @@ impl Passes {
         let occlusion_text = include_str!("../../shaders/yarn_occlusion.wgsl")
             .replace("DEPTH", "texture_depth_multisampled_2d");
         let occlude = maker.module("occlusion", &[light_text, &occlusion_text]);
-        let shade_text = include_str!("../../shaders/yarn_shade.wgsl").replace("DIVERGING", &diverging());
+        let fibre_levels = fibre::levels();
+        let shade_text = include_str!("../../shaders/yarn_shade.wgsl")
+            .replace("DIVERGING", &diverging())
+            .replace("MEAN", &mean(&fibre_levels));
         let shade = maker.module("shade", &[eye_text, light_text, tube_text, &shade_text]);
         let develop = maker.module("develop", &[light_text, include_str!("../../shaders/yarn_develop.wgsl")]);
 
@@ -260,21 +283,19 @@ impl Passes {
             ..by_linear
         });
         Self {
-            prepare: maker.compute(&prepare, "prepare", &preparing),
-            twist: maker.compute(&prepare, "twist", &preparing),
-            cull: maker.compute(&cull, "cull", &culling),
+            prepare: maker.compute(&prepare, "prepare", &[&preparing]),
+            twist: maker.compute(&prepare, "twist", &[&preparing]),
+            cull: maker.compute(&cull, "cull", &[&eye, &culling]),
             shadow: maker.draw(&depth, [Some("depth_vertex"), None], &[&eye, &yarn], 1),
             depth: maker.draw(&depth, [Some("depth_vertex"), None], &[&eye, &yarn], SAMPLES),
-            occlude: maker.compute(&occlude, "occlude", &occlusion),
-            smooth: maker.compute(&occlude, "smooth_out", &occlusion),
-            shade: maker.draw(
-                &shade,
-                [Some("shade_vertex"), Some("shade")],
-                &[&eye, &yarn, &lighting],
-                SAMPLES,
-            ),
-            develop: maker.compute(&develop, "develop_picture", &developing),
-            fibres: fibres(device),
+            occlude: maker.compute(&occlude, "occlude", &[&occlusion]),
+            smooth: maker.compute(&occlude, "smooth_out", &[&occlusion]),
+            shade: ["shade_far", "shade"].map(|fragment| {
+                let groups = [&eye, &yarn, &lighting];
+                maker.draw(&shade, [Some("shade_vertex"), Some(fragment)], &groups, SAMPLES)
+            }),
+            develop: maker.compute(&develop, "develop_picture", &[&developing]),
+            fibres: fibres(device, &fibre_levels),
             compare,
             repeat,
             indices: LEVELS.map(|level| indices(device, level)),
@@ -312,6 +333,13 @@ fn diverging() -> String {
     DIVERGING.iter().map(stop).collect::<Vec<_>>().join(", ")
 }
 
+/// How open and how light the periodic map is in the mean.
+fn mean(levels: &[Vec<[u8; 4]>]) -> String {
+    let [_, _, open, tone] =
+        levels.last().and_then(|l| l.first()).copied().unwrap_or([255; 4]).map(|v| f32::from(v) / 255.0);
+    format!("{open:?}, {tone:?}")
+}
+
 /// Triangles of rings, looking outwards.
 fn indices(device: &Device, [steps, around]: [u32; 2]) -> wgpu::Buffer {
     let mut indices = Vec::new();
@@ -333,8 +361,7 @@ fn indices(device: &Device, [steps, around]: [u32; 2]) -> wgpu::Buffer {
 }
 
 /// The periodic map, with its halvings.
-fn fibres(device: &Device) -> wgpu::TextureView {
-    let levels = fibre::levels();
+fn fibres(device: &Device, levels: &[Vec<[u8; 4]>]) -> wgpu::TextureView {
     let [width, height] = fibre::SIZE;
     let texture = device.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("fibres"),

@@ -16,7 +16,7 @@ pub struct Eye {
     planes: [[f32; 4]; 6],
     /// Place of the camera and 1, or the direction to the light and 0.
     place: [f32; 4],
-    /// Pixels per unit at distance 1 (camera) or anywhere (light); detail; smallest radius in pixels; whether volume is kept.
+    /// Pixels per unit at distance 1 (camera) or anywhere (light); detail; smallest radius in pixels; how many pixels a chord may be off.
     scale: [f32; 4],
 }
 
@@ -100,12 +100,11 @@ impl Geometry {
         let sky = own(0.0, 0.85, 0.5);
         let seen = frustum(&axes, tangent, aspect, near, far);
         let (light_clip, texel, depth) = light_clip(key, &corners, &seen, radius, setting.shadow_size);
-        let keep = f32::from(u8::from(look.keep_volume));
-        let eye = |clip: DMat4, place: DVec4, pixels: f64, least: f32| Eye {
+        let eye = |clip: DMat4, place: DVec4, pixels: f64, least: f32, off: f32| Eye {
             clip: columns(clip),
             planes: planes(clip),
             place: place.as_vec4().to_array(),
-            scale: [pixels as f32, look.detail, least, keep],
+            scale: [pixels as f32, look.detail, least, off],
         };
         let (shading, low, high) = match look.shading {
             Shading::Yarn => (0.0, 0.0, 1.0),
@@ -118,9 +117,9 @@ impl Geometry {
         };
         let flag = |on: bool| f32::from(u8::from(on));
         Self {
-            eye: eye(clip, camera.eye.extend(1.0), focal, 0.3),
+            eye: eye(clip, camera.eye.extend(1.0), focal, 0.3, 0.5),
             // Shadows need no fine silhouettes.
-            from_light: eye(light_clip, key.extend(0.0), 0.2 / texel, 0.5),
+            from_light: eye(light_clip, key.extend(0.0), 0.12 / texel, 0.5, 0.15),
             light: Light {
                 clip: columns(light_clip),
                 view: columns(view),

@@ -6,11 +6,7 @@ use glam::DVec3;
 use knotmesh::render::camera::Axes;
 use knotmesh::render::{Camera, Look, Painter, Strands, View};
 
-/// Meant to fail with levels chosen by the distance's inverse, and without planes.
-#[test]
-fn levels_follow_the_distance_and_nothing_out_of_view_is_drawn() {
-    let Some(adapter) = adapter() else { return };
-    let painter = Painter::open(&adapter).unwrap();
+pub fn levels_follow_the_distance_and_nothing_out_of_view_is_drawn(painter: &Painter) {
     let (mesh, scene) = sample("rib.smobj");
     let strands = Strands::of_frame(&mesh, &scene, &relaxed(&mesh, &scene));
     let canvas = painter.canvas(320, 240).unwrap();
@@ -28,33 +24,39 @@ fn levels_follow_the_distance_and_nothing_out_of_view_is_drawn() {
     // Open yarns have a segment less than points, and two ends.
     let yarns = strands.yarn_count() as u32;
     assert_eq!(whole.drawn.iter().sum::<u32>(), all + yarns);
-    let far_off = counts(0.05, 0.0);
-    assert_eq!(far_off.drawn, [all + yarns, 0, 0, 0]);
+    assert!(whole.drawn[2] > all / 2, "{whole:?}");
+    // Far away, most segments are drawn by eights.
+    let far_off = counts(0.02, 0.0);
+    assert_eq!(far_off.drawn[1..], [0; 4]);
+    assert!((all / 8..all / 4).contains(&(far_off.drawn[0] - 2 * yarns)), "{far_off:?}");
     let near = counts(20.0, 0.0);
-    assert_eq!(near.drawn[..2], [0, 0]);
-    let seen = near.drawn[2] + near.drawn[3];
+    assert_eq!(near.drawn[..3], [0, 0, 0]);
+    let seen = near.drawn[3] + near.drawn[4];
     assert!(seen > 10 && seen < all / 10, "{near:?}");
     // Beside the fabric nothing is seen.
-    assert_eq!(counts(1.0, 3.0).drawn, [0; 4]);
+    assert_eq!(counts(1.0, 3.0).drawn, [0; 5]);
 }
 
-/// Levels look alike where one gives way to the next. Meant to fail with the third level's rings turned inside out.
-#[test]
-fn a_finer_level_changes_little() {
-    let Some(adapter) = adapter() else { return };
-    let painter = Painter::open(&adapter).unwrap();
+/// Levels look alike where one gives way to the next.
+pub fn a_finer_level_changes_little(painter: &Painter) {
     let (mesh, scene) = sample("lace.smobj");
     let strands = Strands::of_frame(&mesh, &scene, &relaxed(&mesh, &scene));
     let bounds = strands.bounds().unwrap();
-    for height in [4.0, 8.0, 16.0, 60.0] {
+    for height in [4.0, 8.0, 16.0, 36.0, 60.0, 120.0] {
         let camera = far((bounds[0] + bounds[1]) / 2.0, height * scene.gauge);
         let picture =
-            |detail: f32| paint(&painter, &strands, &camera, &Look { detail, ..plain() }, [300, 300]);
-        let (coarse, fine) = (picture(1.0), picture(20.0));
+            |detail: f32, size| paint(painter, &strands, &camera, &Look { detail, ..plain() }, [size; 2]);
+        let (coarse, fine) = (picture(1.0, 300), picture(20.0, 300));
         let covers = covered(&coarse) / covered(&fine);
-        // Chords cut corners: at two pixels' radius by 2.2 %.
-        assert!((covers - 1.0).abs() < 0.03, "{height}: {covers}");
-        assert!(apart(&coarse, &fine) < 5.0, "{height}: {}", apart(&coarse, &fine));
+        // Even the finest level covers too much where yarn is thinner than what is drawn at least.
+        assert!(height > 60.0 || (covers - 1.0).abs() < 0.02, "{height}: {covers}");
+        assert!(apart(&coarse, &fine) < 2.5, "{height}: {}", apart(&coarse, &fine));
+        if height < 30.0 {
+            continue;
+        }
+        // What it covers in a picture four times as large.
+        let covers = 16.0 * covered(&coarse) / covered(&picture(20.0, 1200));
+        assert!((covers - 1.0).abs() < 0.02, "{height}: {covers} of what it should cover");
     }
 }
 

@@ -1,6 +1,5 @@
-//! Light, valleys, colours.
+//! Light, valleys, colours. (`proved.rs` runs these, and sees each fail.)
 
-use super::gpu::adapter;
 use super::scenes::{apart, far, paint, plain, yarn};
 use glam::DVec3;
 use knotmesh::render::{Background, Look, Painter, Picture, Shading, Strands};
@@ -29,33 +28,38 @@ fn mean(picture: &Picture, x: std::ops::Range<u32>, y: std::ops::Range<u32>) -> 
 }
 
 /// Light comes from the left above, so the yarn in front throws its shadow to the right.
-///
-/// Meant to fail with the light's axes exchanged, and with depths compared the other way round.
-#[test]
-fn shadows_fall_away_from_the_light() {
-    let Some(adapter) = adapter() else { return };
-    let painter = Painter::open(&adapter).unwrap();
+pub fn shadows_fall_away_from_the_light(painter: &Painter) {
     let look = Look { occlusion: false, plies: false, ..plain() };
     let picture =
-        |shadows| paint(&painter, &cross(0.6), &far(DVec3::ZERO, 3.0), &Look { shadows, ..look }, SIZE);
+        |shadows| paint(painter, &cross(0.6), &far(DVec3::ZERO, 3.0), &Look { shadows, ..look }, SIZE);
     let (with, without) = (picture(true), picture(false));
     // The yarn that lies across, beside the other on its right and on its left.
     let (right, left) = (170..215, 85..130);
     let darker = |x: std::ops::Range<u32>| mean(&without, x.clone(), 145..155) - mean(&with, x, 145..155);
     assert!(darker(right.clone()) > 15.0, "right: {}", darker(right));
     assert!(darker(left.clone()).abs() < 2.0, "left: {}", darker(left));
+    // Soft edges: the further what throws a shadow, the wider they are (here in columns of one row).
+    let edge = |gap: f64| {
+        // One pass: the light does not move about.
+        let look = |shadows| Look { shadows, samples: 4, ..look };
+        let picture = |shadows| paint(painter, &cross(gap), &far(DVec3::ZERO, 3.0), &look(shadows), SIZE);
+        let (with, without) = (picture(true), picture(false));
+        let row = |p: &Picture, x: u32| mean(p, x..x + 1, 150..151);
+        let dark: Vec<f64> = (166..290).map(|x| row(&without, x) - row(&with, x)).collect();
+        let most = dark.iter().copied().fold(0.0, f64::max);
+        let darkest = dark.iter().rposition(|d| *d > 0.9 * most).unwrap_or(0);
+        dark[darkest..].iter().filter(|d| **d > 0.1 * most && **d <= 0.9 * most).count()
+    };
+    let (near, distant) = (edge(0.4), edge(1.2));
+    assert!(distant >= near + 4, "{near} {distant}");
     // What is in front has no shadow.
     assert!((mean(&without, 145..155, 40..60) - mean(&with, 145..155, 40..60)).abs() < 1.0);
 }
 
-/// Meant to fail with the horizons' signs exchanged, and with occlusion that is the same everywhere.
-#[test]
-fn valleys_are_darker() {
-    let Some(adapter) = adapter() else { return };
-    let painter = Painter::open(&adapter).unwrap();
+pub fn valleys_are_darker(painter: &Painter) {
     let look = Look { shadows: false, plies: false, ..plain() };
     let picture =
-        |occlusion| paint(&painter, &cross(0.3), &far(DVec3::ZERO, 3.0), &Look { occlusion, ..look }, SIZE);
+        |occlusion| paint(painter, &cross(0.3), &far(DVec3::ZERO, 3.0), &Look { occlusion, ..look }, SIZE);
     let (with, without) = (picture(true), picture(false));
     let darker = |x: std::ops::Range<u32>, y: std::ops::Range<u32>| {
         mean(&without, x.clone(), y.clone()) - mean(&with, x, y)
@@ -65,17 +69,13 @@ fn valleys_are_darker() {
     assert!(darker(260..280, 145..155) < 2.0, "{}", darker(260..280, 145..155));
 }
 
-/// Meant to fail with low and high exchanged.
-#[test]
-fn tension_has_the_colours_of_its_range() {
-    let Some(adapter) = adapter() else { return };
-    let painter = Painter::open(&adapter).unwrap();
+pub fn tension_has_the_colours_of_its_range(painter: &Painter) {
     let look = Look { shading: Shading::Tension([0.5, 1.5]), shadows: false, occlusion: false, ..plain() };
     let middle = |stretch: f32| {
         let points: Vec<DVec3> = (0..13).map(|i| DVec3::X * (f64::from(i) / 4.0 - 1.5)).collect();
         let mut strands = yarn(&points, false, 0.4);
         strands.rest = vec![0.25 / stretch; 13];
-        paint(&painter, &strands, &far(DVec3::ZERO, 3.0), &look, SIZE).at(150, 150)
+        paint(painter, &strands, &far(DVec3::ZERO, 3.0), &look, SIZE).at(150, 150)
     };
     let (slack, rest, tense) = (middle(0.5), middle(1.0), middle(1.5));
     assert!(slack[2] > 100 && slack[2] > 2 * slack[0], "{slack:?}");
@@ -83,33 +83,33 @@ fn tension_has_the_colours_of_its_range() {
     assert!(rest[0].abs_diff(rest[2]) < 12 && rest[0] > 180, "{rest:?}");
 }
 
-/// Meant to fail with the gradient upside down.
-#[test]
-fn the_background_is_what_was_asked_for() {
-    let Some(adapter) = adapter() else { return };
-    let painter = Painter::open(&adapter).unwrap();
+pub fn the_background_is_what_was_asked_for(painter: &Painter) {
     let strands = yarn(&[DVec3::ZERO, DVec3::X * 0.1], false, 0.01);
     let background = Background::Gradient([200, 10, 30], [20, 150, 250]);
     let look = Look { background, ..Look::default() };
-    let picture = paint(&painter, &strands, &far(DVec3::ZERO, 3.0), &look, SIZE);
+    let picture = paint(painter, &strands, &far(DVec3::ZERO, 3.0), &look, SIZE);
     let (top, bottom) = (picture.at(5, 0), picture.at(5, 299));
     assert!(top[0].abs_diff(200) < 3 && top[1].abs_diff(10) < 6 && top[3] == 255, "{top:?}");
     assert!(bottom[0].abs_diff(20) < 6 && bottom[2].abs_diff(250) < 3, "{bottom:?}");
-    let clear = paint(&painter, &strands, &far(DVec3::ZERO, 3.0), &plain(), SIZE);
+    let clear = paint(painter, &strands, &far(DVec3::ZERO, 3.0), &plain(), SIZE);
     assert_eq!(clear.at(5, 5)[3], 0);
 }
 
-/// The same picture, to the byte; more samples change it a little. Meant to fail with lists that keep what was in them before.
-#[test]
-fn pictures_repeat() {
-    let Some(adapter) = adapter() else { return };
-    let painter = Painter::open(&adapter).unwrap();
+/// The same picture, to the byte; more samples change it a little.
+pub fn pictures_repeat(painter: &Painter) {
     let strands = cross(0.3);
+    // On one canvas, with what was there before.
+    let canvas = painter.canvas(SIZE[0], SIZE[1]).expect("there is room");
     let picture = |samples| {
-        paint(&painter, &strands, &far(DVec3::ZERO, 3.0), &Look { samples, ..Look::default() }, SIZE)
+        let mut yarn = painter.yarn(&strands).expect("the strands are whole");
+        let look = Look { samples, ..Look::default() };
+        painter.paint(&canvas, &mut yarn, &far(DVec3::ZERO, 3.0), &look).expect("it is painted");
+        painter.picture(&canvas).expect("it comes back")
     };
     let (four, again, many) = (picture(4), picture(4), picture(32));
     assert!(four == again, "{}", apart(&four, &again));
+    let again = picture(32);
+    assert!(many == again, "{}", apart(&many, &again));
     let apart = apart(&four, &many);
     assert!(apart > 0.0 && apart < 2.0, "{apart}");
 }

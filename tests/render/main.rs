@@ -7,5 +7,6 @@ mod device;
 mod geometry;
 mod levels;
 mod look;
+mod proved;
 mod references;
 mod scenes;
