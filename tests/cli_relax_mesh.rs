@@ -1,19 +1,11 @@
 //! `knotmesh relax-mesh`: exit codes, messages, what is kept.
 
-use assert_cmd::Command;
+#[path = "common/command.rs"]
+mod command;
+
+use command::knotmesh;
 use knotmesh::io::smobj;
 use std::path::Path;
-
-fn knotmesh(arguments: &[&str]) -> (i32, String, String) {
-    let output = Command::cargo_bin("knotmesh")
-        .unwrap()
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code().expect("not killed by a signal"), text(&output.stdout), text(&output.stderr))
-}
 
 fn in_folder(folder: &tempfile::TempDir, name: &str) -> String {
     folder.path().join(name).to_string_lossy().into_owned()

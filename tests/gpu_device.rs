@@ -7,7 +7,7 @@
 
 mod common;
 
-use assert_cmd::Command;
+use common::command::knotmesh;
 use common::grid::{Wrap, grid};
 use glam::DVec3;
 use knotmesh::backend::{Backend, DeviceBackend, DeviceKind, FrameOutput, Recipe, Running, Wanted};
@@ -113,17 +113,6 @@ fn a_device_that_was_asked_for_must_not_fail() {
         DeviceBackend::<f32>::new(recipe(&mesh, Start::Affine, None), DeviceKind::Auto).unwrap();
     let message = backend.frame(&[DVec3::ZERO], &mut output).unwrap_err().to_string();
     assert!(message.contains("a frame of 1 positions"), "{message}");
-}
-
-fn knotmesh(arguments: &[&str]) -> (i32, String, String) {
-    let output = Command::cargo_bin("knotmesh")
-        .unwrap()
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! `knotmesh render`: exit codes and messages, inputs of every kind, numbered pictures, GIFs, legends.
 #![cfg(feature = "gpu")]
 
+#[path = "common/command.rs"]
+mod command;
 #[path = "common/gpu.rs"]
 mod gpu;
 
-use assert_cmd::Command;
+use command::knotmesh;
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running};
 use knotmesh::knot::Settings;
 use knotmesh::mesh::StitchMesh;
@@ -17,24 +19,13 @@ use std::path::{Path, PathBuf};
 /// Small and quick.
 const SMALL: [&str; 6] = ["--width", "200", "--height", "150", "--samples", "4"];
 
-fn knotmesh(arguments: &[&str]) -> (i32, String) {
-    let output = Command::cargo_bin("knotmesh")
-        .unwrap()
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .unwrap();
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    (output.status.code().expect("not killed by a signal"), message)
-}
-
 /// Draws, and expects that to work.
 fn render(input: &str, output: &Path, more: &[&str]) -> String {
     let output = output.to_string_lossy();
     let mut arguments = vec!["render", input, "-o", &output];
     arguments.extend(SMALL);
     arguments.extend(more);
-    let (code, message) = knotmesh(&arguments);
+    let (code, _, message) = knotmesh(&arguments);
     assert_eq!(code, 0, "{input} {more:?}: {message}");
     message
 }
@@ -144,7 +135,7 @@ fn what_cannot_be_is_refused_in_one_line() {
     for (arguments, expected) in cases {
         let mut all = vec!["render"];
         all.extend(*arguments);
-        let (code, message) = knotmesh(&all);
+        let (code, _, message) = knotmesh(&all);
         assert_eq!(code, 2, "{arguments:?}: {message}");
         assert!(message.contains(expected), "{arguments:?}: {message}");
         assert_eq!(message.trim_end().lines().count(), 1, "{arguments:?}: {message}");
@@ -217,7 +208,7 @@ fn pictures_are_numbered_and_gifs_have_all_frames() {
     let output = folder("c.png");
     let output = output.to_string_lossy();
     let both = ["render", "stitches/swatch.smobj", "-o", &output, "--frames", &motion, "--turntable", "3"];
-    let (code, message) = knotmesh(&both);
+    let (code, _, message) = knotmesh(&both);
     assert!(code == 2 && message.contains("found 4 frames, expected one: --frame-range 0:1"), "{message}");
 }
 

@@ -113,7 +113,7 @@ fn place(value: &Value, name: &str) -> glam::DVec3 {
     glam::DVec3::new(n(0), n(1), n(2))
 }
 
-/// Meant to fail with yarn never updated on the device, and with undo that does not knit again.
+/// Seen red with yarn never updated on the device, and with undo that does not knit again.
 #[test]
 fn an_edit_is_seen_and_undone() {
     let Some(display) = display() else { return };
@@ -125,7 +125,8 @@ settle\nprint\nscreenshot a.png\n\
 replace *k2, p2; rep from * to last 2 sts, k2 => k\n\
 settle\nprint\nscreenshot b.png\n\
 key ctrl+z\nsettle\nprint\nscreenshot c.png\n\
-key ctrl+shift+z\nkey ctrl+z\nset beta 0.2\nset mode compare\nsettle\nprint\nscreenshot d.png\n\
+key ctrl+shift+z\nkey ctrl+z\nsettle\nset beta 0.2\nsettle\nscreenshot f.png\n\
+set mode compare\nsettle\nprint\nscreenshot d.png\n\
 set mode relax\npull 0 -0.02 -0.02 0.01 0.05\nsettle\nscreenshot e.png\npicture p.png\nyarn y.bcc\nmesh m.smobj\nprint\n";
     let Some(printed) = play(&display, folder.path(), &file, script) else { return };
     let shot = |name: &str| folder.path().join(name);
@@ -139,9 +140,11 @@ set mode relax\npull 0 -0.02 -0.02 0.01 0.05\nsettle\nscreenshot e.png\npicture 
     assert_eq!(printed[2]["redo"], 1);
     let back = differing(&shot("a.png"), &shot("c.png"), knit);
     assert!(back < edit / 3.0, "undone, it is what it was: {back} of {edit}");
+    let loops = differing(&shot("c.png"), &shot("f.png"), knit);
+    assert!(loops > 0.1, "beta is seen: {loops}");
     assert_eq!(printed[3]["modes"], serde_json::json!(["embed", "knots", "relax"]));
     assert!(differing(&shot("c.png"), &shot("d.png"), knit) > 0.1);
-    assert!(differing(&shot("c.png"), &shot("e.png"), knit) > 0.005, "a corner is pulled");
+    assert!(differing(&shot("f.png"), &shot("e.png"), knit) > 0.1, "a corner is pulled");
     assert_eq!(printed[4]["pulls"], 1);
     assert_eq!(printed[4]["unsaved"], serde_json::json!([]), "saved with the mesh");
     assert_eq!(printed[4]["message"], Value::Null);
@@ -155,7 +158,7 @@ set mode relax\npull 0 -0.02 -0.02 0.01 0.05\nsettle\nscreenshot e.png\npicture 
     assert_eq!(std::fs::read_to_string(&file).unwrap(), before);
 }
 
-/// Meant to fail with shift not asked for (a pan that turns), with the wheel's sign turned, with keys that a text has taken for the knit's
+/// Seen red with shift not asked for (a pan that turns), with the wheel's sign turned, with keys that a text has taken for the knit's
 /// own, and with a window that closes unasked.
 #[test]
 fn mouse_and_keys_are_those_of_blender_and_nothing_is_lost() {
@@ -172,7 +175,7 @@ key num1\nkey home\nsettle\nprint\n\
 click left 635 250\nwait 3\nprint\n\
 key escape\nmove 600 250\nkey g\nmove 600 200\nclick left 600 200\nprint\n\
 key ctrl+z\nprint\n\
-click left 200 120\nwait 2\ntype g\nwait 2\nprint\n\
+click left 200 120\nmove 600 250\nwait 2\ntype g\nkey g\nmove 600 220\nwait 2\nprint\n\
 close\nwait 3\nprint\nscreenshot ask.png\nkey escape\nwait 3\nprint\n";
     let script = script.replace("num1", "1");
     let Some(printed) = play(&display, folder.path(), &file, &script) else { return };
@@ -195,7 +198,7 @@ close\nwait 3\nprint\nscreenshot ask.png\nkey escape\nwait 3\nprint\n";
     assert_eq!((&asked["asked"], &gone_on["asked"]), (&true.into(), &false.into()));
 }
 
-/// Meant to fail with the panic of the window library.
+/// Seen red without a look at the display's name before the window library's.
 #[test]
 fn without_a_display_it_says_so() {
     let run = |name: Option<&str>| -> Output {

@@ -17,7 +17,7 @@ use knotmesh::io::curves::CurveFormat;
 use knotmesh::io::frames::{Frames, frame_range};
 use knotmesh::knot::{Settings, Solver, Start, Status};
 use knotmesh::math::Scalar;
-use knotmesh::measure::misfit::misfit;
+use knotmesh::measure::misfit::{Misfit, misfit};
 use knotmesh::mesh::StitchMesh;
 use knotmesh::mesh::corners::gaps;
 use knotmesh::scene::{Mode, Scene, SceneOptions};
@@ -167,17 +167,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     };
     let scene = Arc::new(Scene::compile(&mesh, &library, options)?);
     let extras = CurveExtras::new(&mesh, &scene);
-    let misfit = misfit(&scene, scene.rest.as_deref().unwrap_or(&mesh.positions));
-    if let Some(warning) = misfit.warning(&scene, |f| mesh.face_type(f).key()) {
-        console.warn(warning);
-    }
-    if scene.skipped_faces() > 0 {
-        console.warn(format_args!(
-            "{} of {} faces left out: the library lacks their stitches",
-            scene.skipped_faces(),
-            mesh.face_count()
-        ));
-    }
+    let misfit = warn_of_scene(&mesh, &scene, console);
     console.say(format_args!(
         "{} faces, {} knots, {} yarns, {} control points; gauge {:.6}, yarn radius {:.6}",
         mesh.face_count(),
@@ -219,6 +209,22 @@ pub(super) fn warn_of_mesh(mesh: &StitchMesh, console: Console) {
     for (kind, count) in &mesh.ignored {
         console.say(format_args!("{count} '{kind}' lines ignored"));
     }
+}
+
+/// How well the templates fit the mesh.
+pub(super) fn warn_of_scene(mesh: &StitchMesh, scene: &Scene, console: Console) -> Misfit {
+    let misfit = misfit(scene, scene.rest.as_deref().unwrap_or(&mesh.positions));
+    if let Some(warning) = misfit.warning(scene, |f| mesh.face_type(f).key()) {
+        console.warn(warning);
+    }
+    if scene.skipped_faces() > 0 {
+        console.warn(format_args!(
+            "{} of {} faces left out: the library lacks their stitches",
+            scene.skipped_faces(),
+            mesh.face_count()
+        ));
+    }
+    misfit
 }
 
 struct Job<'a> {

@@ -108,7 +108,7 @@ fn hash(i: u32, j: u32, seed: u32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Meant to fail with another number of turns (`v - 1.5 * u`).
+    /// Seen red with another number of turns (`v - 1.5 * u`).
     #[test]
     fn the_map_repeats() {
         for i in 0..64 {
@@ -124,7 +124,7 @@ mod tests {
         let levels = levels();
         assert_eq!(levels.len(), 11);
         assert_eq!(levels[0].len(), (SIZE[0] * SIZE[1]) as usize);
-        // The mean normal is straight up: slopes of a periodic map cancel. Meant to fail with one-sided differences of |slope|.
+        // The mean normal is straight up: slopes of a periodic map cancel. Seen red with one-sided differences of |slope|.
         let last = levels[10][0];
         assert!((126..=129).contains(&last[0]) && (126..=129).contains(&last[1]), "{last:?}");
     }

@@ -258,7 +258,7 @@ mod tests {
         }
     }
 
-    /// Meant to fail with near and far exchanged, and with the zoom the other way round.
+    /// Seen red with depths of the wrong sign, and with the zoom the other way round.
     #[test]
     fn a_framed_box_is_in_the_picture_and_nearly_fills_it() {
         let bounds = [DVec3::new(4.5, -0.5, -0.5), DVec3::new(5.5, 0.5, 0.5)];
@@ -286,7 +286,7 @@ mod tests {
         }
     }
 
-    /// Meant to fail with points that pass the camera's other side.
+    /// Seen red with depths of the wrong sign.
     #[test]
     fn a_point_nearer_has_the_greater_depth() {
         let bounds = [DVec3::new(4.5, -0.5, -0.5), DVec3::new(5.5, 0.5, 0.5)];

@@ -1,6 +1,7 @@
 //! Meshes and helpers that several tests share.
 #![allow(dead_code)]
 
+pub mod command;
 pub mod curves;
 pub mod database;
 pub mod fabric;

@@ -1,7 +1,7 @@
 //! `knotmesh drape`, and frames that go on to yarn.
 
+use crate::common::command::knotmesh;
 use crate::common::run::running;
-use assert_cmd::Command;
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput};
 use knotmesh::drape::drape;
 use knotmesh::io::frames::{Frames, FramesWriter};
@@ -14,13 +14,6 @@ use std::sync::Arc;
 
 const MESH: &str = "stitches/swatch.smobj";
 const SCENE: &str = "stitches/scenes/patch-stretch.json";
-
-fn knotmesh(arguments: &[&str]) -> (i32, String, String) {
-    let mut command = Command::cargo_bin("knotmesh").unwrap();
-    let output = command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code().unwrap_or(-1), text(&output.stdout), text(&output.stderr))
-}
 
 /// The ready scenes and the meshes that they are for.
 const READY: [(&str, &str); 5] = [

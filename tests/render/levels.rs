@@ -60,15 +60,16 @@ pub fn a_finer_level_changes_little(painter: &Painter) {
     }
 }
 
-/// Yarn in many parts is the same yarn. Meant to fail with parts that lack the point after next.
+/// Yarn in many parts is the same yarn. Seen red with parts that lack the point after next.
 #[test]
 fn parts_make_no_difference() {
     let Some(adapter) = adapter() else { return };
     let (mesh, scene) = sample("lace.smobj");
     let strands = Strands::of_frame(&mesh, &scene, &relaxed(&mesh, &scene));
-    let camera = Camera::framing(strands.bounds().unwrap(), &Axes::Y_UP, View::FRONT, 4.0 / 3.0, 1.0);
+    // Near enough for tangents to show.
+    let camera = Camera::framing(strands.bounds().unwrap(), &Axes::Y_UP, View::FRONT, 4.0 / 3.0, 3.0);
     let whole = Painter::open(&adapter).unwrap();
-    let parts = Painter::open(&adapter).unwrap().with_parts_of(500);
+    let parts = Painter::open(&adapter).unwrap().with_parts_of(96);
     let [a, b] = [&whole, &parts].map(|p| paint(p, &strands, &camera, &Look::default(), [320, 240]));
-    assert!(apart(&a, &b) < 0.01, "{}", apart(&a, &b));
+    assert!(a == b, "{}", apart(&a, &b));
 }

@@ -1,7 +1,7 @@
 //! Pictures of stitch meshes and patterns, relaxed frame by frame.
 
 use super::{Arguments, Up};
-use crate::cli::relax::{fallen_faces, warn_of_mesh};
+use crate::cli::relax::{fallen_faces, warn_of_mesh, warn_of_scene};
 use crate::cli::{Console, inputs, knit};
 use glam::DVec3;
 use knotmesh::backend::gpu::DevicePoints;
@@ -11,7 +11,6 @@ use knotmesh::io::chart::swatch::{self, Swatch};
 use knotmesh::io::frames::{Frames, frame_range};
 use knotmesh::io::{chart, pattern};
 use knotmesh::knot::{Settings, Solver, Start};
-use knotmesh::measure::misfit::misfit;
 use knotmesh::mesh::StitchMesh;
 use knotmesh::render::style::{Kind, kind_colours, kinds, kinds_legend};
 use knotmesh::render::{Legend, Strands, Style};
@@ -72,17 +71,7 @@ impl FromMesh {
         let options =
             SceneOptions { mode, skip_unknown: arguments.skip_unknown, gauge, rest, ..Default::default() };
         let scene = Arc::new(Scene::compile(&mesh, &library, options)?);
-        let misfit = misfit(&scene, scene.rest.as_deref().unwrap_or(&mesh.positions));
-        if let Some(warning) = misfit.warning(&scene, |f| mesh.face_type(f).key()) {
-            console.warn(warning);
-        }
-        if scene.skipped_faces() > 0 {
-            console.warn(format_args!(
-                "{} of {} faces left out: the library lacks their stitches",
-                scene.skipped_faces(),
-                mesh.face_count()
-            ));
-        }
+        warn_of_scene(&mesh, &scene, console);
         let mut backend = backend(arguments, &scene, style, console)?;
         let mut motion =
             arguments.frames.as_ref().map(|f| Frames::open(f, scene.vertex_count)).transpose()?;
