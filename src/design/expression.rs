@@ -43,6 +43,10 @@ pub enum Function {
     Max,
     /// `rest(x, m)`: what is left over of x divided by m.
     Rest,
+    /// Sine of degrees: where pieces lie is said in directions.
+    Sin,
+    /// Cosine of degrees.
+    Cos,
 }
 
 impl Function {
@@ -60,6 +64,8 @@ impl Function {
             "min" => (Function::Min, 2..=2),
             "max" => (Function::Max, 2..=2),
             "rest" => (Function::Rest, 2..=2),
+            "sin" => (Function::Sin, 1..=1),
+            "cos" => (Function::Cos, 1..=1),
             _ => return None,
         })
     }
@@ -161,6 +167,8 @@ impl Expression {
                     Function::Min => x[0].min(x[1]),
                     Function::Max => x[0].max(x[1]),
                     Function::Rest => x[0] - (x[0] / x[1] + 1e-9).floor() * x[1],
+                    Function::Sin => x[0].to_radians().sin(),
+                    Function::Cos => x[0].to_radians().cos(),
                 };
                 finite(value, *place, format_args!("{function:?} of {x:?}"))
             }

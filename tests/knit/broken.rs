@@ -101,7 +101,7 @@ const CASES: &[(&str, &str)] = &[
     ("co {-4}\nbo\n", "1:1: found -4, expected a number from 0 to 1,000,000,000"),
     (
         "let a = size(4)\n",
-        "1:9: found the unknown function 'size', expected stitches, rows, width, height, round, floor, ceil, multiple, min, max or rest",
+        "1:9: found the unknown function 'size', expected stitches, rows, width, height, round, floor, ceil, multiple, min, max, rest, sin or cos",
     ),
     ("let a = multiple(4)\n", "1:9: found 'multiple' of 1 numbers, expected 2 or 3 numbers"),
     (

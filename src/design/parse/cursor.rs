@@ -233,7 +233,7 @@ impl<'a> Cursor<'a> {
             return Err(self.error_at(
                 place,
                 format_args!("the unknown function '{name}'"),
-                "stitches, rows, width, height, round, floor, ceil, multiple, min, max or rest",
+                "stitches, rows, width, height, round, floor, ceil, multiple, min, max, rest, sin or cos",
             ));
         };
         let mut arguments = vec![self.expression()?];
