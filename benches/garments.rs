@@ -2,11 +2,12 @@
 //!
 //! `cargo bench --bench garments [-- NAME...]`. Times are the least of three runs (of one that takes over two seconds), milliseconds, with two threads where
 //! there are several; `relax_ms` is a frame of yarn (start from tables, 2 steps, f32, nothing skipped) after the tables were built.
-//! `below_1_5r`: share of samples of yarn that come nearer than 1.5 r to other yarn; `plain` and `rib` the same of patches
-//! in stockinette and in 2x2 rib, at the pattern's gauge, relaxed alike: what a garment of such stitches may come to.
+//! `below_1_5r`, `below_r`: shares of samples of yarn that come nearer than 1.5 r and r to other yarn; `plain` and `rib` the same of
+//! patches in stockinette and in 2x2 rib, of the same yarn at the pattern's gauge, relaxed alike: what a garment of such stitches
+//! may come to. Ribs are folded, as `render` and `view` do.
 
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, table_cache};
-use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, RelaxReport, Sizes, relax};
+use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, RelaxReport, Ribs, Sizes, relax};
 use knotmesh::curve::FrameCurves;
 use knotmesh::design::{Knitted, Settings as Pattern, knit};
 use knotmesh::io::pattern::{Beside, knit_file};
@@ -32,7 +33,7 @@ fn main() {
     patterns.sort();
     let library = TemplateLibrary::embedded();
     println!(
-        "pattern,stitches,faces,yarns,knit_ms,mesh_ms,mesh_steps,mesh_residual,relax_ms,fell_back,stuck,below_1_5r,smallest,plain_below_1_5r,rib_below_1_5r"
+        "pattern,stitches,faces,yarns,knit_ms,mesh_ms,mesh_steps,mesh_residual,relax_ms,fell_back,stuck,below_1_5r,below_r,smallest,plain_below_1_5r,plain_below_r,rib_below_1_5r,rib_below_r"
     );
     for path in patterns {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -48,12 +49,13 @@ fn main() {
             let settings = Pattern { gauge: Some(gauge), ..Pattern::default() };
             let path = Path::new("swatch.knit");
             let knitted = knit(path, &text, &settings, &Beside::new(path)).expect("a swatch");
-            Run::new(knitted, &library).clearance.share_below_1_5r
+            let clearance = Run::new(knitted, &library).clearance;
+            format!("{:.4},{:.4}", clearance.share_below_1_5r, clearance.share_below_r)
         };
         let (plain, rib) =
             (swatch(["k", "p"]), swatch(["k2, *p2, k2; rep from *", "p2, *k2, p2; rep from *"]));
         println!(
-            "{name},{},{},{},{knit_ms:.2},{:.1},{},{:.1e},{:.2},{},{},{:.4},{:.3},{plain:.4},{rib:.4}",
+            "{name},{},{},{},{knit_ms:.2},{:.1},{},{:.1e},{:.2},{},{},{:.4},{:.4},{:.3},{plain},{rib}",
             run.knitted.made.total(),
             run.knitted.mesh.face_count(),
             run.yarns,
@@ -64,6 +66,7 @@ fn main() {
             run.fell_back,
             run.stuck,
             run.clearance.share_below_1_5r,
+            run.clearance.share_below_r,
             run.clearance.smallest,
         );
     }
@@ -91,16 +94,19 @@ impl Run {
             (report, nodes)
         });
         cloth.write_back(&nodes, &mut knitted.mesh.positions);
-        let scene =
-            Arc::new(Scene::compile(&knitted.mesh, library, SceneOptions::default()).expect("compiles"));
+        let width = knitted.gauge.width;
+        let options = SceneOptions { gauge: Some(width), ..SceneOptions::default() };
+        let scene = Arc::new(Scene::compile(&knitted.mesh, library, options).expect("compiles"));
         let settings = Settings { start: Start::Table, iterations: 2, ..Settings::default() };
         let cache = table_cache::folder();
         let running = Running { threads: 2, skip: Skip::NOTHING, ..Running::default() };
         let mut backend = CpuBackend::<f32>::with_cache(scene.clone(), &settings, &running, cache.as_deref())
             .expect("settings are in range");
         let mut output = FrameOutput::default();
+        let mut positions = knitted.mesh.positions.clone();
+        Ribs::new(&knitted.mesh, library, width).fold(&mut positions);
         let (relax_ms, ()) = least(|| {
-            backend.frame(&knitted.mesh.positions, &mut output).expect("as many as vertices");
+            backend.frame(&positions, &mut output).expect("as many as vertices");
         });
         let status = |name: &str| {
             (0..scene.face_places.len())

@@ -50,4 +50,7 @@ draw types stitches/lace.smobj --style type
 draw hat stitches/hat.knit --colour '#486898'
 draw sock stitches/sock.knit --camera 70,10 --colour '#6a9860'
 draw mitten stitches/mitten.knit --colour '#c4544c'
-draw sweater stitches/raglan-sweater.knit --colour '#dea84a'
+# The sweater is worn: its scene's body, a second after it was put on.
+"$knotmesh" knit stitches/raglan-sweater.knit --relax -o "$work/sweater.smobj"
+"$knotmesh" drape "$work/sweater.smobj" --scene stitches/scenes/sweater.json --frame-range 0:31 -o "$work/sweater.npy"
+draw sweater "$work/sweater.smobj" --frames "$work/sweater.npy" --frame-range -1: --fold-ribs --colour '#dea84a'

@@ -121,3 +121,59 @@ fn what_is_wrong_is_one_line() {
     }
     assert!(!path.join("x.smobj").exists());
 }
+
+/// Ribs are given height where that is asked for, in frames of a shard as in those of a whole run. Seen red with the first frame alone
+/// folded, and with ribs that keep the height of the first frame.
+#[test]
+fn ribs_are_folded_when_asked() {
+    let folder = folder();
+    let path = folder.path();
+    let rib = "gauge 20 x 30\nco 10\nRow 1 (RS): k2, *p2, k2; rep from *\nRow 2 (WS): p2, *k2, p2; rep from *\n\
+               rep rows 1-2 until 12 rows\nbo\n";
+    std::fs::write(path.join("rib.knit"), rib).unwrap();
+    std::fs::write(path.join("plain.knit"), "gauge 20 x 30\nco 10\nRow 1: k\nRow 2: p\nRow 3: k\nbo\n")
+        .unwrap();
+    let ran = |arguments: &[&str]| {
+        let (code, _, err) = run(path, arguments);
+        assert_eq!((code, err.as_str()), (0, ""), "{arguments:?}");
+    };
+    let read = |name: &str| std::fs::read_to_string(path.join(name)).unwrap();
+    for name in ["rib", "plain"] {
+        let (pattern, mesh) = (format!("{name}.knit"), format!("{name}.smobj"));
+        ran(&["knit", &pattern, "-o", &mesh, "--relax"]);
+        for (out, more) in [("flat", vec![]), ("fold", vec!["--fold-ribs"])] {
+            let out = format!("{name}-{out}.obj");
+            ran(&[&["relax", &mesh, "--gauge", "0.005", "-q", "-o", &out][..], &more].concat());
+        }
+    }
+    assert_eq!(read("plain-flat.obj"), read("plain-fold.obj"));
+    let thick = |text: &str| {
+        let z: Vec<f64> = text
+            .lines()
+            .filter_map(|l| l.strip_prefix("v "))
+            .map(|l| l.split(' ').nth(2).unwrap().parse().unwrap())
+            .collect();
+        z.iter().copied().fold(f64::MIN, f64::max) - z.iter().copied().fold(f64::MAX, f64::min)
+    };
+    let grown = thick(&read("rib-fold.obj")) - thick(&read("rib-flat.obj"));
+    // Crests are twice 2.2 mm apart (0.6 of what keeps 5 mm where 3.4 mm are left); yarn lies between them.
+    assert!((0.001..0.003).contains(&grown), "{grown}");
+
+    let mesh = knotmesh::io::smobj::read_file(&path.join("rib.smobj")).unwrap();
+    let mut frames = knotmesh::io::frames::FramesWriter::create(&path.join("walk.npy"), 2, &mesh).unwrap();
+    for k in 0..2 {
+        let wider = glam::DVec3::new(1.0 + 0.2 * f64::from(k), 1.0, 1.0);
+        let places: Vec<glam::DVec3> = mesh.positions.iter().map(|p| *p * wider).collect();
+        frames.frame(k as usize, &places).unwrap();
+    }
+    frames.finish().unwrap();
+    let relax = ["relax", "rib.smobj", "--gauge", "0.005", "--frames", "walk.npy", "--fold-ribs", "-q"];
+    ran(&[&relax[..], &["--skip", "none", "-o", "all.%04d.obj"]].concat());
+    ran(&[&relax[..], &["--skip", "none", "-o", "part.%04d.obj", "--frame-range", "1:2"]].concat());
+    assert_eq!(read("all.0001.obj"), read("part.0001.obj"));
+    ran(&[&relax[..6], &["-q", "--skip", "none", "-o", "flat.%04d.obj"]].concat());
+    let [rest, wider, flat] =
+        ["all.0000", "all.0001", "flat.0001"].map(|n| thick(&read(&format!("{n}.obj"))));
+    assert!(wider < rest - 0.0001, "a stretched rib is flatter: {wider} of {rest}");
+    assert!(wider > flat + 0.0005, "but not flat: {wider} of {flat}");
+}

@@ -129,7 +129,9 @@ fn clearance_of_known_curves() {
         let found = clearance(&curves, 1.0).unwrap();
         assert!((found.smallest - apart).abs() < 1e-9, "{found:?}");
         // Nearer than a limit where |x| < sqrt(limit^2 - apart^2), of 10 along each.
-        for (limit, share) in [(1.5, found.share_below_1_5r), (2.0, found.share_below_2r)] {
+        for (limit, share) in
+            [(1.0, found.share_below_r), (1.5, found.share_below_1_5r), (2.0, found.share_below_2r)]
+        {
             let expected = 2.0 * f64::max(limit * limit - apart * apart, 0.0).sqrt() / 10.0;
             assert!((share - expected).abs() < 0.06, "{found:?} {expected}");
         }

@@ -11,6 +11,7 @@ use super::{Console, Ending};
 use knotmesh::backend::{
     Backend, DeviceBackend, FrameOutput, Precision, Recipe, Running, middle, table_cache,
 };
+use knotmesh::cloth::Ribs;
 use knotmesh::curve::CurveExtras;
 use knotmesh::ids::FaceId;
 use knotmesh::io::curves::CurveFormat;
@@ -98,6 +99,9 @@ pub struct Arguments {
     /// mean-value joins corners across faces; wachspress treats each face on its own, as smobj-to-yarns does.
     #[arg(long, conflicts_with = "model", value_enum, default_value = "mean-value")]
     pub coordinates: CoordinatesName,
+    /// Give height to ribs that lie flat and squeezed, as real ones have: wales of knits come forward, wales of purls go back.
+    #[arg(long, conflicts_with = "model")]
+    pub fold_ribs: bool,
     /// Leave out faces whose stitch the library lacks.
     #[arg(long, conflicts_with = "model")]
     pub skip_unknown: bool,
@@ -178,6 +182,10 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         scene.gauge * scene.yarn_radius
     ));
     let inputs = Inputs::new(arguments, &mesh, &scene, misfit);
+    let ribs = if arguments.fold_ribs { Ribs::new(&mesh, &library, scene.gauge) } else { Ribs::default() };
+    if arguments.fold_ribs && ribs.is_empty() {
+        console.say("--fold-ribs: there are none");
+    }
     let seconds = Seconds {
         parse: parse.as_secs_f64(),
         compile: began_compile.elapsed().as_secs_f64(),
@@ -188,7 +196,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         console
             .warn(format_args!("{lost} rest lengths ('c' lines) name a crossing that no yarn has: left out"));
     }
-    let job = Job { arguments, progress, console, scene, extras, inputs, seconds, began };
+    let job = Job { arguments, progress, console, scene, ribs, extras, inputs, seconds, began };
     // The mesh's topology lives on in the scene; only positions are needed from here.
     let own_positions = mesh.positions;
     match arguments.precision {
@@ -232,6 +240,7 @@ struct Job<'a> {
     console: Console,
     progress: Progress,
     scene: Arc<Scene>,
+    ribs: Ribs,
     extras: CurveExtras,
     inputs: Inputs,
     seconds: Seconds,
@@ -242,7 +251,8 @@ struct Job<'a> {
 struct FrameSource {
     frames: Option<Frames>,
     visible: Option<Visible>,
-    /// Of the frame read last.
+    ribs: Ribs,
+    /// Of the frame read last, ribs folded.
     positions: Vec<glam::DVec3>,
 }
 
@@ -251,6 +261,7 @@ impl FrameSource {
         if let Some(frames) = &mut self.frames {
             frames.read(frame, &mut self.positions)?;
         }
+        self.ribs.fold(&mut self.positions);
         self.visible.as_mut().map_or(Ok(()), |visible| visible.show(frame, backend))
     }
 }
@@ -315,6 +326,7 @@ impl Job<'_> {
         if let Some(frames) = frames.as_mut().filter(|_| range.start > 0) {
             // Places are relative to what those of a run of all frames are: the bytes are the same.
             timed(&mut self.seconds.read_frames, || frames.read(0, &mut positions))?;
+            self.ribs.fold(&mut positions);
             backend.set_origin(middle(&positions));
         }
 
@@ -327,7 +339,8 @@ impl Job<'_> {
         let mut fell_back = Vec::new();
         let mut peak_memory = None;
         self.progress.steps(range.len(), "solving and writing", "frame");
-        let mut source = FrameSource { frames, visible, positions };
+        let ribs = std::mem::take(&mut self.ribs);
+        let mut source = FrameSource { frames, visible, ribs, positions };
         let seconds = &mut self.seconds;
         let mut ready = timed(&mut seconds.read_frames, || source.read(range.start, &mut backend));
         for (done, frame) in range.clone().enumerate() {

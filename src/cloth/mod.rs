@@ -19,11 +19,13 @@ mod linear;
 pub mod natural;
 mod order;
 pub mod relax;
+mod ribs;
 pub mod step;
 mod watch;
 
 pub use natural::{Factors, Front, Sizes};
 pub use relax::{RelaxOptions, RelaxReport, relax};
+pub use ribs::Ribs;
 pub use step::{FrameReport, StepOptions, Stepper, Support, Surroundings};
 
 use crate::mesh::StitchMesh;

@@ -12,6 +12,8 @@ use serde::Serialize;
 pub struct Clearance {
     /// Samples looked at.
     pub samples: usize,
+    /// Share of the samples nearer than r to another centreline: half of one yarn lies in the other.
+    pub share_below_r: f64,
     /// Share of the samples nearer than 1.5 r to another centreline.
     pub share_below_1_5r: f64,
     /// Share of the samples nearer than 2 r.
@@ -77,6 +79,7 @@ pub fn clearance(curves: &dyn CurveSource, r: f64) -> Result<Clearance> {
         |limit: f64| distances.iter().filter(|d| **d < limit).count() as f64 / distances.len().max(1) as f64;
     Ok(Clearance {
         samples: distances.len(),
+        share_below_r: share(1.0),
         share_below_1_5r: share(1.5),
         share_below_2r: share(2.0),
         smallest: distances.iter().copied().fold(REACH, f64::min),

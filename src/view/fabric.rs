@@ -2,7 +2,7 @@
 
 use super::net::Net;
 use super::state::{Content, Kind, Settings};
-use crate::cloth::{Cloth, ClothOptions, RelaxOptions, Sizes, relax};
+use crate::cloth::{Cloth, ClothOptions, RelaxOptions, Ribs, Sizes, relax};
 use crate::design::expression::Gauge;
 use crate::design::{self, Knitted};
 use crate::io::chart::{self, Drawing, swatch};
@@ -43,6 +43,8 @@ pub struct Fabric {
     pub mesh: Arc<StitchMesh>,
     /// What is beside what.
     pub net: Arc<Net>,
+    /// Its ribs, which yarn finds folded.
+    pub ribs: Arc<Ribs>,
     /// The chart, if it is one.
     pub drawing: Option<Arc<Drawing>>,
     /// `[mode]` scenes, where they were asked for; see [`Fabric::scene`].
@@ -193,10 +195,16 @@ fn make(job: &Job, library: &TemplateLibrary, say: &mut dyn FnMut(Fabric, bool) 
         mesh.positions = before.mesh.positions.iter().map(|p| *p * scale).collect();
         begun = true;
     }
+    // What was knitted here has no height yet; a mesh may.
+    let ribs = match &knitted {
+        Some(knitted) => Ribs::new(&mesh, library, knitted.gauge.width),
+        None => Ribs::default(),
+    };
     let mut fabric = Fabric {
         number: job.number,
         mesh: Arc::new(mesh),
         net: Arc::new(Net::new(&cloth)),
+        ribs: Arc::new(ribs),
         drawing: drawing.map(Arc::new),
         scenes: [const { None }; 3],
         unit: job.settings.unit.filter(|_| !job.kind.is_knit()),

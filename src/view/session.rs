@@ -93,6 +93,8 @@ pub struct Session {
     message: Option<Message>,
     solvers: Vec<Solver>,
     places: Vec<DVec3>,
+    /// The same with ribs folded, as yarn follows them.
+    folded: Vec<DVec3>,
     /// Whether places or settings changed since the last frame.
     stale: bool,
     changes: u64,
@@ -133,6 +135,7 @@ impl Session {
             message: None,
             solvers: Vec::new(),
             places: Vec::new(),
+            folded: Vec::new(),
             stale: true,
             changes: 0,
             along: Vec::new(),
@@ -452,6 +455,8 @@ impl Session {
             None => self.places.clone_from(&fabric.mesh.positions),
         }
         self.pull_along(&fabric, &pulls);
+        self.folded.clone_from(&self.places);
+        fabric.ribs.fold(&mut self.folded);
         self.changes += 1;
         let mut left = std::mem::take(&mut self.solvers);
         for mode in settings.modes() {
@@ -466,10 +471,10 @@ impl Session {
             let solver = match left.iter().position(|s| Arc::ptr_eq(&s.scene, &scene)) {
                 Some(at) => {
                     let mut solver = left.swap_remove(at);
-                    solver.frame(&settings, &self.places, self.changes)?;
+                    solver.frame(&settings, &self.folded, self.changes)?;
                     solver
                 }
-                None => Solver::new(&fabric, &scene, &settings, &self.places, self.changes)?,
+                None => Solver::new(&fabric, &scene, &settings, &self.folded, self.changes)?,
             };
             self.solvers.push(solver);
         }

@@ -8,6 +8,7 @@ mod energy;
 mod folds;
 mod natural;
 mod relaxation;
+mod ribs;
 mod steps;
 
 use glam::DVec3;

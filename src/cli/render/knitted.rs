@@ -6,6 +6,7 @@ use crate::cli::{Console, inputs, knit};
 use glam::DVec3;
 use knotmesh::backend::gpu::DevicePoints;
 use knotmesh::backend::{Backend, DeviceBackend, FrameOutput, Recipe, Running, Wanted, middle, table_cache};
+use knotmesh::cloth::Ribs;
 use knotmesh::design::{self, Knitted};
 use knotmesh::io::chart::swatch::{self, Swatch};
 use knotmesh::io::frames::{Frames, frame_range};
@@ -37,6 +38,8 @@ pub struct FromMesh {
     scene: Arc<Scene>,
     backend: DeviceBackend<f32>,
     motion: Option<Frames>,
+    ribs: Ribs,
+    /// Where vertices are, ribs folded.
     positions: Vec<DVec3>,
     output: FrameOutput<f32>,
     at: Option<usize>,
@@ -56,8 +59,11 @@ impl FromMesh {
                 "--style energy: expected --mode relax; other modes solve for nothing",
             ));
         }
+        let mut width = None;
         let (mesh, library, rest, gauge) = if pattern {
-            (knit(arguments, console)?, TemplateLibrary::embedded(), None, None)
+            let knitted = knit(arguments, console)?;
+            width = Some(knitted.gauge.width);
+            (knitted.mesh, TemplateLibrary::embedded(), None, None)
         } else {
             let (mesh, library, rest) = inputs::all(
                 &arguments.input,
@@ -72,6 +78,10 @@ impl FromMesh {
             SceneOptions { mode, skip_unknown: arguments.skip_unknown, gauge, rest, ..Default::default() };
         let scene = Arc::new(Scene::compile(&mesh, &library, options)?);
         warn_of_scene(&mesh, &scene, console);
+        // What was knitted just now has no height yet.
+        let fold = arguments.fold_ribs || pattern && !arguments.flat_ribs;
+        let width = width.unwrap_or(scene.gauge);
+        let ribs = if fold { Ribs::new(&mesh, &library, width) } else { Ribs::default() };
         let mut backend = backend(arguments, &scene, style, console)?;
         let mut motion =
             arguments.frames.as_ref().map(|f| Frames::open(f, scene.vertex_count)).transpose()?;
@@ -86,6 +96,9 @@ impl FromMesh {
         let mut positions = mesh.positions.clone();
         if let Some(motion) = &mut motion {
             motion.read(0, &mut positions)?;
+        }
+        ribs.fold(&mut positions);
+        if motion.is_some() {
             backend.set_origin(middle(&positions));
         }
         let mut made = Self {
@@ -100,6 +113,7 @@ impl FromMesh {
             scene,
             backend,
             motion,
+            ribs,
             positions,
             output: FrameOutput::default(),
             at: None,
@@ -169,6 +183,7 @@ impl FromMesh {
     fn solve(&mut self, frame: usize) -> Result<()> {
         if let Some(motion) = &mut self.motion {
             motion.read(frame, &mut self.positions)?;
+            self.ribs.fold(&mut self.positions);
         }
         self.backend.frame(&self.positions, &mut self.output)?;
         for note in self.backend.notes() {
@@ -208,7 +223,7 @@ impl FromMesh {
 }
 
 /// Works a pattern or chart and gives its stitches their natural sizes.
-fn knit(arguments: &Arguments, console: Console) -> Result<StitchMesh> {
+fn knit(arguments: &Arguments, console: Console) -> Result<Knitted> {
     let path = &arguments.input;
     let gauge = arguments.gauge.as_deref().map(knit::gauge).transpose();
     let gauge = gauge.map_err(|e| Error::invalid(format_args!("--gauge: {e}")))?;
@@ -220,7 +235,7 @@ fn knit(arguments: &Arguments, console: Console) -> Result<StitchMesh> {
         pattern::knit_file(path, &settings)?
     };
     knit::relaxed(&mut knitted, console)?;
-    Ok(knitted.mesh)
+    Ok(knitted)
 }
 
 /// The gauge of a mesh.

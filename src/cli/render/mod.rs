@@ -109,6 +109,12 @@ pub struct Arguments {
     /// Which of a pattern's sizes; the first if not given.
     #[arg(long, value_name = "NAME", help_heading = "Meshes")]
     pub size: Option<String>,
+    /// Give height to ribs of a mesh, as `relax` does.
+    #[arg(long, help_heading = "Meshes")]
+    pub fold_ribs: bool,
+    /// Leave the ribs of a pattern flat, which are given height otherwise.
+    #[arg(long, help_heading = "Meshes")]
+    pub flat_ribs: bool,
     /// Exit 0 even if faces fell back to interpolation.
     #[arg(long, help_heading = "Meshes")]
     pub allow_degenerate: bool,

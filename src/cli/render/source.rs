@@ -52,13 +52,15 @@ impl Kind {
         let a = arguments;
         let solved: &[Kind] = &[Mesh, Pattern];
         let numbers = matches!(a.style, StyleName::Energy | StyleName::Type | StyleName::Tightness);
-        let options: [(&str, bool, &[Kind]); 13] = [
+        let options: [(&str, bool, &[Kind]); 15] = [
             ("--templates", !a.templates.is_empty(), &[Mesh]),
             ("--map", !a.map.is_empty(), &[Mesh]),
             ("--skip-unknown", a.skip_unknown, &[Mesh]),
             ("--frames", a.frames.is_some(), &[Mesh]),
             ("--frame-range", a.frame_range.is_some(), &[Mesh, Curves]),
             ("--rest", a.rest.is_some(), &[Mesh]),
+            ("--fold-ribs", a.fold_ribs, &[Mesh]),
+            ("--flat-ribs", a.flat_ribs, &[Pattern]),
             ("--mode", a.mode.is_some(), solved),
             ("--beta", a.beta.is_some(), solved),
             ("--gauge", a.gauge.is_some(), solved),
