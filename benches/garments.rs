@@ -88,9 +88,11 @@ impl Run {
         let sizes = Some(Sizes { course: knitted.gauge.width, wale: knitted.gauge.height });
         let options = ClothOptions { sizes, ..ClothOptions::default() };
         let cloth = Cloth::new(&knitted.mesh, library, &options).expect("known stitches");
+        // As `knit --relax` does.
+        let options = RelaxOptions { stiffer: 30.0, ..RelaxOptions::default() };
         let (mesh_ms, (report, nodes)) = least(|| {
             let mut nodes = cloth.rest_positions().to_vec();
-            let report = relax(&cloth, &mut nodes, &RelaxOptions::default()).expect("finite places");
+            let report = relax(&cloth, &mut nodes, &options).expect("finite places");
             (report, nodes)
         });
         cloth.write_back(&nodes, &mut knitted.mesh.positions);

@@ -98,6 +98,9 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     Ok(ending)
 }
 
+/// How many times as stiff against bending a garment is at first.
+const SMOOTHED: f64 = 30.0;
+
 /// Relaxes the mesh; whether forces came within the bound.
 pub(super) fn relaxed(knitted: &mut Knitted, console: Console) -> Result<bool> {
     let Gauge { width, height } = knitted.gauge;
@@ -105,7 +108,7 @@ pub(super) fn relaxed(knitted: &mut Knitted, console: Console) -> Result<bool> {
     let options = ClothOptions { sizes, ..ClothOptions::default() };
     let cloth = Cloth::new(&knitted.mesh, &TemplateLibrary::embedded(), &options)?;
     let mut nodes = cloth.rest_positions().to_vec();
-    let options = RelaxOptions::default();
+    let options = RelaxOptions { stiffer: SMOOTHED, ..RelaxOptions::default() };
     let report = relax(&cloth, &mut nodes, &options)?;
     cloth.write_back(&nodes, &mut knitted.mesh.positions);
     console.say(format_args!(

@@ -213,6 +213,13 @@ impl Cloth {
         energy::forces(self, nodes, out);
     }
 
+    /// The same, so many times as stiff against bending.
+    fn stiffer(&self, times: f64) -> Self {
+        let mut stiff = self.clone();
+        stiff.bends.iter_mut().for_each(|b| b.stiffness *= times);
+        stiff
+    }
+
     /// Root mean square of the edges' strains: how much longer or shorter they are than their natural lengths, relative to those.
     ///
     /// # Panics

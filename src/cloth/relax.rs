@@ -25,6 +25,9 @@ pub struct RelaxOptions {
     pub held: Vec<u32>,
     /// Acceleration of every node, m/s2: gravity.
     pub acceleration: DVec3,
+    /// How many times as stiff against bending cloth is at first, where it is not flat: what is rough is smooth then before anything
+    /// buckles, and cloth folds over and passes through itself less. 1: as it is from the start.
+    pub stiffer: f64,
     /// Whether to scale the start about its centre to the size of least energy. Not done where nodes are held.
     pub rescale: bool,
     /// Whether a start that lies in a plane is kept in it. Else rounding decides where compressed fabric buckles.
@@ -39,6 +42,7 @@ impl Default for RelaxOptions {
             rounds: 20_000,
             held: Vec::new(),
             acceleration: DVec3::ZERO,
+            stiffer: 1.0,
             rescale: true,
             keep_flat: true,
         }
@@ -87,6 +91,16 @@ pub fn relax(cloth: &Cloth, nodes: &mut [DVec3], options: &RelaxOptions) -> Resu
         problem.plane = if options.keep_flat { plane(cloth, nodes) } else { None };
         report.flat = problem.plane.is_some();
     }
+    if options.stiffer > 1.0 && !report.flat {
+        let stiff = cloth.stiffer(options.stiffer);
+        let first = RelaxOptions {
+            residual: options.residual.max(SMOOTH),
+            iterations: options.iterations / 2,
+            rounds: options.rounds / 2,
+            ..options.clone()
+        };
+        Problem::new(&stiff, &first).run(nodes, &first, &mut report);
+    }
     problem.run(nodes, options, &mut report);
     report.folded = cloth.folded_faces(nodes).len();
     Ok(report)
@@ -104,10 +118,11 @@ fn check(cloth: &Cloth, nodes: &[DVec3], options: &RelaxOptions) -> Result<()> {
     if let Some(node) = options.held.iter().find(|n| **n as usize >= nodes.len()) {
         return Err(Error::invalid(format_args!("held node {node}, expected numbers below {}", nodes.len())));
     }
-    if !(options.residual > 0.0 && options.acceleration.is_finite()) {
+    if !(options.residual > 0.0 && options.acceleration.is_finite() && (1.0..=1e6).contains(&options.stiffer))
+    {
         return Err(Error::invalid(format_args!(
-            "a residual of {} and an acceleration of {}, expected a positive and finite numbers",
-            options.residual, options.acceleration
+            "a residual of {}, an acceleration of {}, bending {} times as stiff, expected a positive number, finite ones, 1 to 1e6",
+            options.residual, options.acceleration, options.stiffer
         )));
     }
     Ok(())
@@ -148,6 +163,9 @@ fn plane(cloth: &Cloth, x: &[DVec3]) -> Option<DVec3> {
     let off = x.iter().map(|p| (*p - middle).dot(normal).abs()).fold(0.0, f64::max);
     (off <= 1e-6 * extent).then_some(normal)
 }
+
+/// Residual that is near enough of cloth that is stiffer than it will be.
+const SMOOTH: f64 = 1e-3;
 
 /// Newton's steps of a turn.
 const NEWTON: usize = 100;
