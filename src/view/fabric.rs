@@ -184,9 +184,9 @@ fn make(job: &Job, library: &TemplateLibrary, say: &mut dyn FnMut(Fabric, bool) 
     };
     let mut seconds = Seconds { knit: began.elapsed().as_secs_f64(), ..Seconds::default() };
     let sizes = knitted.as_ref().map(|k| Sizes { course: k.gauge.width, wale: k.gauge.height });
-    let cloth = Cloth::new(&mesh, library, &ClothOptions { sizes, ..ClothOptions::default() })?;
-    let mut begun = false;
-    if let (true, Some(before)) = (job.kind.is_knit(), &job.before)
+    let options = ClothOptions { sizes, ..ClothOptions::default() };
+    let (mut cloth, mut begun) = (None, false);
+    let net = if let (true, Some(before)) = (job.kind.is_knit(), &job.before)
         && same_faces(&before.mesh, &mesh)
     {
         let of = |g: Option<[f64; 2]>| g.map(|g| 1.0 / (g[0] * g[1]).sqrt());
@@ -194,7 +194,11 @@ fn make(job: &Job, library: &TemplateLibrary, say: &mut dyn FnMut(Fabric, bool) 
         let scale = now.zip(of(before.gauge)).map_or(1.0, |(now, before)| now / before);
         mesh.positions = before.mesh.positions.iter().map(|p| *p * scale).collect();
         begun = true;
-    }
+        // What is beside what is as it was: whoever waits need not wait for cloth.
+        before.net.clone()
+    } else {
+        Arc::new(Net::new(cloth.insert(Cloth::new(&mesh, library, &options)?)))
+    };
     // What was knitted here has no height yet; a mesh may.
     let ribs = match &knitted {
         Some(knitted) => Ribs::new(&mesh, library, knitted.gauge.width),
@@ -203,7 +207,7 @@ fn make(job: &Job, library: &TemplateLibrary, say: &mut dyn FnMut(Fabric, bool) 
     let mut fabric = Fabric {
         number: job.number,
         mesh: Arc::new(mesh),
-        net: Arc::new(Net::new(&cloth)),
+        net,
         ribs: Arc::new(ribs),
         drawing: drawing.map(Arc::new),
         scenes: [const { None }; 3],
@@ -227,6 +231,10 @@ fn make(job: &Job, library: &TemplateLibrary, say: &mut dyn FnMut(Fabric, bool) 
     }
     // In a few steps at first: whoever waits sees it settle, and a later job need not wait long.
     let began = Instant::now();
+    let cloth = match cloth {
+        Some(cloth) => cloth,
+        None => Cloth::new(&fabric.mesh, library, &options)?,
+    };
     let mut nodes = cloth.nodes_of(&fabric.mesh.positions)?;
     let mut options = RelaxOptions { iterations: 8, rescale: !begun, ..RelaxOptions::default() };
     let (mut steps, mut rounds) = (0, 0);
@@ -272,6 +280,7 @@ fn same_faces(a: &StitchMesh, b: &StitchMesh) -> bool {
     a.positions.len() == b.positions.len()
         && a.face_offsets == b.face_offsets
         && a.face_vertices == b.face_vertices
+        && a.joins == b.joins
 }
 
 /// A chart as it is drawn, whether or not it can be knit.
