@@ -5,6 +5,7 @@
 //! [`crate::pattern`] + [`crate::mesh::MaterialMesh`] -> [`Fabric`] (compiled once) -> positions of each frame ->
 //! [`Cpu`] -> [`YarnFrame`] -> [`FabricCurves`] -> writers.
 
+mod chunk;
 mod cpu;
 mod curvature;
 mod curves;

@@ -18,6 +18,7 @@ mod expand;
 mod needles;
 mod parse;
 mod place;
+mod section;
 mod work;
 
 pub use parse::parse;

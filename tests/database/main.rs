@@ -6,6 +6,7 @@ mod common;
 
 mod bending;
 mod command;
+mod folder;
 mod frames;
 mod invariants;
 mod mends;
