@@ -2,6 +2,7 @@
 //! (Xvfb) where there is none; without Xvfb these tests are skipped, unless `KNOTMESH_REQUIRE_WINDOW` is set.
 #![cfg(all(feature = "view", target_os = "linux"))]
 
+use knotmesh::io::frames::FramesWriter;
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -53,26 +54,47 @@ fn root() -> &'static Path {
 
 /// Runs a script on a file; what was printed, line by line. `None` where there is nothing to draw with.
 fn play(display: &Display, folder: &Path, file: &Path, script: &str) -> Option<Vec<Value>> {
+    play_on(display, folder, &[file.to_str().unwrap()], script, |_| ())
+}
+
+/// The same with arguments; `seen` is called with the number of each line as it is printed.
+fn play_on(
+    display: &Display,
+    folder: &Path,
+    args: &[&str],
+    script: &str,
+    mut seen: impl FnMut(usize),
+) -> Option<Vec<Value>> {
     static ONE: OnceLock<std::sync::Mutex<()>> = OnceLock::new();
     // Windows share the screen and the processor.
     let _one = ONE.get_or_init(Default::default).lock();
     let path = folder.join("script.txt");
     std::fs::write(&path, script).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_knotmesh"))
+    let mut child = Command::new(env!("CARGO_BIN_EXE_knotmesh"))
         .current_dir(folder)
         .env("DISPLAY", &display.name)
         .env_remove("WAYLAND_DISPLAY")
-        .args(["view", file.to_str().unwrap(), "--window", "800x480", "--script"])
+        .arg("view")
+        .args(args)
+        .args(["--window", "800x480", "--script"])
         .arg(&path)
-        .output()
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
         .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    if text(&output.stderr).contains("no adapter") && std::env::var_os("KNOTMESH_REQUIRE_WINDOW").is_none() {
-        eprintln!("skipped: {}", text(&output.stderr));
+    let mut printed: Vec<Value> = Vec::new();
+    for line in BufReader::new(child.stdout.take().unwrap()).lines() {
+        printed.push(serde_json::from_str(&line.unwrap()).unwrap());
+        seen(printed.len() - 1);
+    }
+    let output = child.wait_with_output().unwrap();
+    let err = String::from_utf8_lossy(&output.stderr).into_owned();
+    if err.contains("no adapter") && std::env::var_os("KNOTMESH_REQUIRE_WINDOW").is_none() {
+        eprintln!("skipped: {err}");
         return None;
     }
-    assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
-    Some(text(&output.stdout).lines().map(|l| serde_json::from_str(l).unwrap()).collect())
+    assert_eq!((output.status.code(), err), (Some(0), String::new()));
+    Some(printed)
 }
 
 /// Width, height and pixels.
@@ -196,6 +218,74 @@ close\nwait 3\nprint\nscreenshot ask.png\nkey escape\nwait 3\nprint\n";
     assert_eq!(typed["pulls"], 0, "letters are the text's");
     assert_eq!(typed["unsaved"], serde_json::json!(["the pattern"]));
     assert_eq!((&asked["asked"], &gone_on["asked"]), (&true.into(), &false.into()));
+}
+
+/// A file that another program writes is read again; where there are edits, one is asked which to keep. Seen red with the answers
+/// exchanged.
+#[test]
+fn the_file_and_ones_own_edits_are_told_apart() {
+    let Some(display) = display() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("patch.knit");
+    let pattern = |stitches: usize| format!("co {stitches}\nRow 1: k\nrep row 1 until 6 rows\nbo\n");
+    std::fs::write(&file, pattern(10)).unwrap();
+    let script = "settle\nprint\npause 1.5\nsettle\nprint\n\
+                  replace co 11 => co 12\nsettle\nprint\npause 1.5\nprint\nscreenshot asked.png\n\
+                  key tab\nkey enter\nwait 3\nsettle\nprint\n\
+                  key ctrl+z\nsettle\nprint\npause 1.5\nprint\n\
+                  key tab\nkey tab\nkey enter\nwait 3\nsettle\nprint\nscreenshot gone.png\n";
+    // After the first line, while there are edits, and once more.
+    let write = |line: usize| {
+        let stitches = [(0, 11), (2, 13), (5, 14)].iter().find(|(at, _)| *at == line);
+        if let Some((_, stitches)) = stitches {
+            std::fs::write(&file, pattern(*stitches)).unwrap();
+        }
+    };
+    let args = [file.to_str().unwrap()];
+    let Some(printed) = play_on(&display, folder.path(), &args, script, write) else { return };
+    let [start, read, edited, asked, taken, undone, again, kept] = &printed[..] else {
+        panic!("{}", printed.len());
+    };
+    let of = |v: &Value| (v["stitches"].as_u64().unwrap() / 8, v["asked"].as_bool().unwrap());
+    let mine = serde_json::json!(["the pattern"]);
+    assert_eq!([start, read, edited].map(of), [(10, false), (11, false), (12, false)]);
+    assert_eq!([asked, taken].map(of), [(12, true), (13, false)], "the file's");
+    assert_eq!([undone, again, kept].map(of), [(12, false), (12, true), (12, false)], "mine");
+    assert_eq!([read, taken].map(|v| &v["unsaved"]), [&serde_json::json!([]); 2]);
+    assert_eq!([edited, undone, kept].map(|v| &v["unsaved"]), [&mine; 3]);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), pattern(14), "nobody wrote it but the other");
+    let beside = [40, 130, 440, 180];
+    let dim = differing(&folder.path().join("asked.png"), &folder.path().join("gone.png"), beside);
+    assert!(dim > 0.9, "all but the question is dim: {dim}");
+}
+
+/// Motion plays on the space bar, at its rate, and stops there. Seen red with a frame a picture, whatever that takes.
+#[test]
+fn frames_are_played() {
+    let Some(display) = display() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = knotmesh::io::smobj::read_file(&root().join("stitches/swatch.smobj")).unwrap();
+    let frames = folder.path().join("grow.npy");
+    let mut writer = FramesWriter::create(&frames, 200, &mesh).unwrap();
+    for k in 0..200 {
+        let places: Vec<glam::DVec3> = mesh.positions.iter().map(|p| *p * (1.0 - 0.004 * k as f64)).collect();
+        writer.frame(k, &places).unwrap();
+    }
+    writer.finish().unwrap();
+    let file = root().join("stitches/swatch.smobj");
+    let script = "settle\nprint\nscreenshot a.png\nmove 600 250\nkey space\npause 2\nprint\nkey space\nwait 3\nprint\n\
+                  pause 0.7\nsettle\nprint\nscreenshot b.png\nframe 0\nwait 2\nsettle\nprint\nscreenshot c.png\n";
+    let args = [file.to_str().unwrap(), "--frames", frames.to_str().unwrap()];
+    let Some(printed) = play_on(&display, folder.path(), &args, script, |_| ()) else { return };
+    let at: Vec<u64> = printed.iter().map(|v| v["frame"].as_u64().unwrap()).collect();
+    let [start, playing, stopped, later, back] = at[..] else { panic!("{at:?}") };
+    assert_eq!((start, later, back), (0, stopped, 0));
+    // 24 a second, whatever a picture takes.
+    assert!((40..=150).contains(&playing) && stopped < playing + 60, "{at:?}");
+    let (knit, shot) = (area(&printed[0]), |name: &str| folder.path().join(name));
+    let moved = differing(&shot("a.png"), &shot("b.png"), knit);
+    let same = differing(&shot("a.png"), &shot("c.png"), knit);
+    assert!(moved > 0.1 && same < moved / 20.0, "{moved} {same}");
 }
 
 /// Seen red without a look at the display's name before the window library's.

@@ -1,7 +1,7 @@
 //! `knotmesh knit`: from a pattern to a stitch mesh.
 
 use super::{Console, Ending, print};
-use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, Sizes, relax};
+use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, SMOOTHED, Sizes, relax};
 use knotmesh::design::expression::Gauge;
 use knotmesh::design::{Knitted, Settings};
 use knotmesh::io::chart::swatch::Swatch;
@@ -97,9 +97,6 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     }
     Ok(ending)
 }
-
-/// How many times as stiff against bending a garment is at first.
-const SMOOTHED: f64 = 30.0;
 
 /// Relaxes the mesh; whether forces came within the bound.
 pub(super) fn relaxed(knitted: &mut Knitted, console: Console) -> Result<bool> {

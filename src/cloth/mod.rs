@@ -24,7 +24,7 @@ pub mod step;
 mod watch;
 
 pub use natural::{Factors, Front, Sizes};
-pub use relax::{RelaxOptions, RelaxReport, relax};
+pub use relax::{RelaxOptions, RelaxReport, SMOOTH, SMOOTHED, relax};
 pub use ribs::Ribs;
 pub use step::{FrameReport, StepOptions, Stepper, Support, Surroundings};
 
@@ -214,7 +214,7 @@ impl Cloth {
     }
 
     /// The same, so many times as stiff against bending.
-    fn stiffer(&self, times: f64) -> Self {
+    pub fn stiffer(&self, times: f64) -> Self {
         let mut stiff = self.clone();
         stiff.bends.iter_mut().for_each(|b| b.stiffness *= times);
         stiff

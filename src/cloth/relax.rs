@@ -164,8 +164,11 @@ fn plane(cloth: &Cloth, x: &[DVec3]) -> Option<DVec3> {
     (off <= 1e-6 * extent).then_some(normal)
 }
 
+/// How many times as stiff garments are at first ([`RelaxOptions::stiffer`]): docs/cloth.md has the trials.
+pub const SMOOTHED: f64 = 30.0;
+
 /// Residual that is near enough of cloth that is stiffer than it will be.
-const SMOOTH: f64 = 1e-3;
+pub const SMOOTH: f64 = 1e-3;
 
 /// Newton's steps of a turn.
 const NEWTON: usize = 100;

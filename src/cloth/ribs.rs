@@ -74,9 +74,10 @@ impl Ribs {
                 beside[0].0.iter().for_each(|group| of[*group as usize] = true);
             }
         }
+        let templates: Vec<_> = mesh.types.iter().map(|t| library.find(t)).collect();
         let mut edges: Vec<(u32, Edge)> = Vec::new();
         for face in (0..mesh.face_count()).filter(|f| kind(*f).front != Front::Neutral) {
-            let Some((id, turn)) = library.find(mesh.face_type(face.into())) else { continue };
+            let Some((id, turn)) = templates[mesh.face_types[face].index()] else { continue };
             let outline = &library.get(id).corners;
             let n = outline.len();
             for edge in kind(face).edges('l') {

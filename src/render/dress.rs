@@ -5,28 +5,30 @@ use super::strands::Strands;
 use crate::Result;
 use crate::backend::FrameOutput;
 use crate::math::Scalar;
-use crate::measure::stretch::rest_length;
+use crate::measure::stretch::RestLengths;
 use crate::mesh::StitchMesh;
 use crate::scene::Scene;
 use crate::yarn::CurveSource;
 use glam::DVec3;
+use rayon::prelude::*;
 
 impl Strands {
     /// The yarns of a solved frame, each of a colour of its own, or of the stitches' where the mesh has any.
     pub fn of_frame<T: Scalar>(mesh: &StitchMesh, scene: &Scene, output: &FrameOutput<T>) -> Self {
         let yarns = &scene.yarns;
-        let slots = scene.point_slots();
+        let (slots, lengths) = (scene.point_slots(), RestLengths::new(scene));
         let mut rest = vec![0.0; yarns.point_count()];
         let mut colours = vec![YARNS[0]; yarns.point_count()];
         for yarn in 0..yarns.len() {
             let range = yarns.range(yarn);
-            for i in range.clone() {
+            colours[range.clone()].fill(YARNS[yarn % YARNS.len()]);
+            // Fabric is often of one yarn.
+            rest[range.clone()].par_iter_mut().zip(range.clone()).with_min_len(4096).for_each(|(rest, i)| {
                 let next = if i + 1 < range.end { i + 1 } else { range.start };
                 if i + 1 < range.end || yarns.closed[yarn] {
-                    rest[i] = rest_length(scene, slots[i], slots[next]).unwrap_or(0.0) as f32;
+                    *rest = lengths.between(slots[i], slots[next]).unwrap_or(0.0) as f32;
                 }
-                colours[i] = YARNS[yarn % YARNS.len()];
-            }
+            });
         }
         if mesh.face_origins.iter().any(|o| o.colour.is_some()) {
             for (colour, slots) in colours.iter_mut().zip(slots) {

@@ -2,7 +2,7 @@
 
 use super::net::Net;
 use super::state::{Content, Kind, Settings};
-use crate::cloth::{Cloth, ClothOptions, RelaxOptions, Ribs, Sizes, relax};
+use crate::cloth::{Cloth, ClothOptions, RelaxOptions, Ribs, SMOOTH, SMOOTHED, Sizes, relax};
 use crate::design::expression::Gauge;
 use crate::design::{self, Knitted};
 use crate::io::chart::{self, Drawing, swatch};
@@ -10,12 +10,13 @@ use crate::io::pattern::Beside;
 use crate::mesh::StitchMesh;
 use crate::scene::{Mode, Scene, SceneOptions};
 use crate::template::TemplateLibrary;
-use crate::{Result, design::Settings as KnitSettings};
+use crate::{Error, Result, design::Settings as KnitSettings};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Instant;
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 /// What fabric is made from.
 #[derive(Clone, Debug)]
@@ -41,8 +42,7 @@ pub struct Fabric {
     pub number: u64,
     /// The mesh.
     pub mesh: Arc<StitchMesh>,
-    /// What is beside what.
-    pub net: Arc<Net>,
+    net: Arc<OnceLock<Net>>,
     /// Its ribs, which yarn finds folded.
     pub ribs: Arc<Ribs>,
     /// The chart, if it is one.
@@ -84,6 +84,11 @@ fn slot(mode: Mode) -> usize {
 }
 
 impl Fabric {
+    /// What is beside what. Made when first asked for.
+    pub fn net(&self) -> &Net {
+        self.net.get_or_init(|| Net::new(&self.mesh))
+    }
+
     /// The scene of a mode, if there is one already.
     pub fn scene(&self, mode: Mode) -> Option<&Arc<Scene>> {
         self.scenes[slot(mode)].as_ref()
@@ -119,10 +124,14 @@ pub struct Outcome {
     pub last: bool,
 }
 
+/// Seconds that fabric waits to be seen before it is brought to rest.
+const PATIENCE: f64 = 0.05;
+
 /// A thread that makes fabric; the latest job wins.
 #[derive(Debug)]
 pub struct Worker {
     jobs: Sender<Job>,
+    seen: Sender<u64>,
     outcomes: Receiver<Outcome>,
     latest: Arc<AtomicU64>,
 }
@@ -135,6 +144,7 @@ impl Worker {
     pub fn new(library: Arc<TemplateLibrary>, wake: Arc<dyn Fn() + Send + Sync>) -> std::io::Result<Self> {
         let (jobs, queue) = channel::<Job>();
         let (sender, outcomes) = channel();
+        let (seen, sights) = channel::<u64>();
         let latest = Arc::new(AtomicU64::new(0));
         let current = latest.clone();
         std::thread::Builder::new().name("fabric".into()).spawn(move || {
@@ -148,19 +158,40 @@ impl Worker {
                     wake();
                     sent && current.load(SeqCst) == number
                 };
-                if let Err(fault) = make(&job, &library, &mut |fabric, last| say(Ok(fabric), last)) {
+                let mut first = true;
+                let mut tell = |fabric: Fabric, last: bool| {
+                    let goes_on = say(Ok(fabric), last);
+                    if std::mem::take(&mut first) && goes_on && !last {
+                        // Whoever waits has the processor to itself until the fabric is solved.
+                        let until = Instant::now() + Duration::from_secs_f64(PATIENCE);
+                        let left = || until.saturating_duration_since(Instant::now());
+                        while sights.recv_timeout(left()).is_ok_and(|seen| seen < number) {}
+                    }
+                    goes_on
+                };
+                // A fault of ours ends the job, not the thread: nothing would ever come of later jobs.
+                let made = catch_unwind(AssertUnwindSafe(|| make(&job, &library, &mut tell)));
+                let fault = || Error::invalid("found a fault of knotmesh itself, please report it");
+                if let Err(fault) = made.unwrap_or_else(|_| Err(fault())) {
                     say(Err(fault), true);
                 }
             }
         })?;
-        Ok(Self { jobs, outcomes, latest })
+        Ok(Self { jobs, seen, outcomes, latest })
     }
 
     /// Hands over a job; earlier ones are dropped.
     pub fn ask(&self, job: Job) {
         self.latest.store(job.number, SeqCst);
+        // Nobody will look at an earlier one.
+        self.seen(job.number - 1);
         // A thread that is gone says nothing either way.
         let _ = self.jobs.send(job);
+    }
+
+    /// Says that the fabric of a job is solved and about to be drawn.
+    pub fn seen(&self, number: u64) {
+        let _ = self.seen.send(number);
     }
 
     /// What there is to fetch.
@@ -185,8 +216,8 @@ fn make(job: &Job, library: &TemplateLibrary, say: &mut dyn FnMut(Fabric, bool) 
     let mut seconds = Seconds { knit: began.elapsed().as_secs_f64(), ..Seconds::default() };
     let sizes = knitted.as_ref().map(|k| Sizes { course: k.gauge.width, wale: k.gauge.height });
     let options = ClothOptions { sizes, ..ClothOptions::default() };
-    let (mut cloth, mut begun) = (None, false);
-    let net = if let (true, Some(before)) = (job.kind.is_knit(), &job.before)
+    let mut begun = false;
+    if let (true, Some(before)) = (job.kind.is_knit(), &job.before)
         && same_faces(&before.mesh, &mesh)
     {
         let of = |g: Option<[f64; 2]>| g.map(|g| 1.0 / (g[0] * g[1]).sqrt());
@@ -194,21 +225,12 @@ fn make(job: &Job, library: &TemplateLibrary, say: &mut dyn FnMut(Fabric, bool) 
         let scale = now.zip(of(before.gauge)).map_or(1.0, |(now, before)| now / before);
         mesh.positions = before.mesh.positions.iter().map(|p| *p * scale).collect();
         begun = true;
-        // What is beside what is as it was: whoever waits need not wait for cloth.
-        before.net.clone()
-    } else {
-        Arc::new(Net::new(cloth.insert(Cloth::new(&mesh, library, &options)?)))
-    };
-    // What was knitted here has no height yet; a mesh may.
-    let ribs = match &knitted {
-        Some(knitted) => Ribs::new(&mesh, library, knitted.gauge.width),
-        None => Ribs::default(),
-    };
+    }
     let mut fabric = Fabric {
         number: job.number,
         mesh: Arc::new(mesh),
-        net,
-        ribs: Arc::new(ribs),
+        net: Arc::default(),
+        ribs: Arc::default(),
         drawing: drawing.map(Arc::new),
         scenes: [const { None }; 3],
         unit: job.settings.unit.filter(|_| !job.kind.is_knit()),
@@ -226,24 +248,33 @@ fn make(job: &Job, library: &TemplateLibrary, say: &mut dyn FnMut(Fabric, bool) 
         }
         Ok(fabric.clone())
     };
-    if !say(compiled(&mut fabric)?, fabric.settled) || fabric.settled {
+    let mesh = fabric.mesh.clone();
+    // What was knitted here has no height yet; a mesh may.
+    let ribs = || knitted.as_ref().map(|k| Ribs::new(&mesh, library, k.gauge.width)).unwrap_or_default();
+    let (first, ribs) = rayon::join(|| compiled(&mut fabric), ribs);
+    fabric.ribs = Arc::new(ribs);
+    if !say(Fabric { ribs: fabric.ribs.clone(), ..first? }, fabric.settled) || fabric.settled {
         return Ok(());
     }
     // In a few steps at first: whoever waits sees it settle, and a later job need not wait long.
     let began = Instant::now();
-    let cloth = match cloth {
-        Some(cloth) => cloth,
-        None => Cloth::new(&fabric.mesh, library, &options)?,
-    };
+    let cloth = Cloth::new(&fabric.mesh, library, &options)?;
     let mut nodes = cloth.nodes_of(&fabric.mesh.positions)?;
-    let mut options = RelaxOptions { iterations: 8, rescale: !begun, ..RelaxOptions::default() };
-    let (mut steps, mut rounds) = (0, 0);
     let whole = RelaxOptions::default();
+    let mut options = RelaxOptions { iterations: 8, rescale: !begun, ..whole.clone() };
+    // What begins anew is smooth before it buckles, as `knit --relax` has it.
+    let mut stiff = (!begun).then(|| cloth.stiffer(SMOOTHED));
+    let (mut steps, mut rounds) = (0, 0);
     loop {
-        let report = relax(&cloth, &mut nodes, &options)?;
+        options.residual = if stiff.is_some() { SMOOTH } else { whole.residual };
+        let report = relax(stiff.as_ref().unwrap_or(&cloth), &mut nodes, &options)?;
         (steps, rounds) = (steps + report.iterations, rounds + report.rounds);
+        let spent = steps >= whole.iterations || rounds >= whole.rounds;
         let stuck = report.iterations < options.iterations;
-        let last = report.converged || stuck || steps >= whole.iterations || rounds >= whole.rounds;
+        let last = spent || (report.converged || stuck) && stiff.is_none();
+        if report.converged || stuck || steps >= whole.iterations / 2 || rounds >= whole.rounds / 2 {
+            stiff = None;
+        }
         let mut mesh = StitchMesh::clone(&fabric.mesh);
         cloth.write_back(&nodes, &mut mesh.positions);
         fabric.mesh = Arc::new(mesh);

@@ -1,7 +1,8 @@
 //! The fabric as a net of places: what comes along when one of them is pulled.
 
 use super::state::Pull;
-use crate::cloth::Cloth;
+use crate::mesh::StitchMesh;
+use crate::mesh::corners::CornerGroups;
 use glam::DVec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -21,15 +22,26 @@ pub struct Net {
 pub type Along = Vec<(u32, f64)>;
 
 impl Net {
-    /// The net of a cloth.
-    pub fn new(cloth: &Cloth) -> Self {
-        let nodes = cloth.node_count();
-        let edges: Vec<[u32; 2]> = cloth.edges().collect();
+    /// The net of a mesh: corners that are one place of it, and its edges.
+    pub fn new(mesh: &StitchMesh) -> Self {
+        let groups = CornerGroups::new(mesh);
+        let mut edges: Vec<[u32; 2]> = (0..mesh.face_count())
+            .flat_map(|face| {
+                let corners = mesh.face(face.into());
+                let ends = move |k: usize| [corners[k], corners[(k + 1) % corners.len()]];
+                (0..corners.len()).map(move |k| ends(k).map(|v| v.index()))
+            })
+            .map(|[a, b]| [groups.of_vertex[a], groups.of_vertex[b]])
+            .filter(|[a, b]| a != b)
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
         let both = edges.iter().flat_map(|[a, b]| [(*a, *b), (*b, *a)]);
-        let (offsets, beside) = grouped(nodes, both);
-        let of_node = cloth.node_of_vertex().iter().enumerate().map(|(v, n)| (*n, v as u32));
-        let (firsts, vertices) = grouped(nodes, of_node);
-        Self { node_of_vertex: cloth.node_of_vertex().to_vec(), offsets, beside, firsts, vertices }
+        let (offsets, beside) = grouped(groups.len(), both);
+        let of_node = groups.of_vertex.iter().enumerate().map(|(v, n)| (*n, v as u32));
+        let (firsts, vertices) = grouped(groups.len(), of_node);
+        Self { node_of_vertex: groups.of_vertex, offsets, beside, firsts, vertices }
     }
 
     /// Number of vertices.

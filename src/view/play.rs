@@ -14,7 +14,7 @@ use glam::DVec3;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Seconds that a step may take.
 const PATIENCE: f64 = 120.0;
@@ -26,6 +26,8 @@ pub struct Play {
     /// Keys that are held while the mouse is dragged.
     held: Modifiers,
     wait: u32,
+    /// Nothing is done before.
+    until: Option<Instant>,
     since: Instant,
     shot: Option<(PathBuf, Shot)>,
     pulls: u64,
@@ -52,6 +54,7 @@ impl Play {
             events,
             held: Modifiers::NONE,
             wait: 2,
+            until: None,
             since,
             shot: None,
             pulls: 1 << 32,
@@ -98,6 +101,9 @@ impl Play {
                 self.wait -= 1;
                 return Ok(Stop::No);
             }
+            if self.until.is_some_and(|until| Instant::now() < until) {
+                return Ok(Stop::No);
+            }
             if let Some((path, shot)) = &self.shot {
                 let Some(image) = shot.lock().ok().and_then(|mut s| s.take()) else { return Ok(Stop::No) };
                 write(path, &image)?;
@@ -121,6 +127,7 @@ impl Play {
     fn make(&mut self, step: Step, app: &mut App, context: &Context, time: f64) -> Result<()> {
         match step {
             Step::Wait(frames) => self.wait = frames,
+            Step::Pause(seconds) => self.until = Some(Instant::now() + Duration::from_secs_f64(seconds)),
             // Each edit is followed by a frame in which it is drawn.
             Step::Settle => self.wait = 2,
             Step::Replace(from, to) => {

@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 pub enum Step {
     /// Lets so many frames go by.
     Wait(u32),
+    /// Lets so many seconds go by.
+    Pause(f64),
     /// Waits until the fabric is at rest and painted.
     Settle,
     /// Replaces text of the pattern, everywhere.
@@ -72,6 +74,10 @@ fn step(line: &str) -> Option<Step> {
     let write = |what| (!rest.is_empty()).then(|| Step::Write(what, rest.into()));
     Some(match word {
         "wait" => Step::Wait(rest.parse().ok()?),
+        "pause" => match numbers()?[..] {
+            [seconds] if (0.0..=60.0).contains(&seconds) => Step::Pause(seconds),
+            _ => return None,
+        },
         "settle" => Step::Settle,
         "replace" => {
             let (from, to) = rest.split_once(" => ")?;

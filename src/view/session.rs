@@ -442,9 +442,11 @@ impl Session {
     pub fn solve(&mut self) -> bool {
         let Some(fabric) = self.fabric.clone().filter(|_| self.stale) else { return false };
         self.stale = false;
+        let number = fabric.number;
         if let Err(error) = self.work(fabric) {
             self.say(&error);
         }
+        self.worker.seen(number);
         true
     }
 
@@ -489,7 +491,7 @@ impl Session {
             });
             if !known {
                 self.along.truncate(at);
-                self.along.push((*pull, fabric.number, fabric.net.along(&fabric.mesh.positions, pull)));
+                self.along.push((*pull, fabric.number, fabric.net().along(&fabric.mesh.positions, pull)));
             }
             let of_this = pull.of == self.places.len();
             for (vertex, share) in self.along[at].2.iter().filter(|_| of_this) {
