@@ -7,7 +7,7 @@
 //! may come to. Ribs are folded, as `render` and `view` do.
 
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, table_cache};
-use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, RelaxReport, Ribs, SMOOTHED, Sizes, relax};
+use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, RelaxReport, Ribs, Sizes, relax};
 use knotmesh::curve::FrameCurves;
 use knotmesh::design::{Knitted, Settings as Pattern, knit};
 use knotmesh::io::pattern::{Beside, knit_file};
@@ -89,7 +89,7 @@ impl Run {
         let options = ClothOptions { sizes, ..ClothOptions::default() };
         let cloth = Cloth::new(&knitted.mesh, library, &options).expect("known stitches");
         // As `knit --relax` does.
-        let options = RelaxOptions { stiffer: SMOOTHED, ..RelaxOptions::default() };
+        let options = RelaxOptions::garment();
         let (mesh_ms, (report, nodes)) = least(|| {
             let mut nodes = cloth.rest_positions().to_vec();
             let report = relax(&cloth, &mut nodes, &options).expect("finite places");

@@ -170,6 +170,28 @@ fn every_kind_of_input_is_drawn_and_framed() {
 }
 
 /// Seen red with frames numbered from 0.
+/// What a pattern lays along z lies there (the foot of a sock, which may be longer than the leg); as a mesh, too. Seen red with the
+/// wales' axis taken there.
+#[test]
+fn patterns_have_y_upwards() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let [pattern, mesh] = ["tube.knit", "tube.smobj"].map(|name| at(name).display().to_string());
+    std::fs::write(&pattern, "piece tube round toward (0, 0, 1)\nco 16\nRnds 1-24: k\nbo\n").unwrap();
+    let (code, _, message) = knotmesh(&["knit", &pattern, "-o", &mesh]);
+    assert_eq!(code, 0, "{message}");
+    render(&mesh, &at("a.png"), &[]);
+    render(&mesh, &at("b.png"), &["--up", "y"]);
+    let [a, b] = ["a.png", "b.png"].map(|name| std::fs::read(at(name)).unwrap());
+    assert!(a == b);
+    // Without what it was made from.
+    let text = std::fs::read_to_string(&mesh).unwrap();
+    let bare: String = text.lines().filter(|l| !l.starts_with("N ")).flat_map(|l| [l, "\n"]).collect();
+    std::fs::write(&mesh, bare).unwrap();
+    render(&mesh, &at("c.png"), &[]);
+    assert!(std::fs::read(at("c.png")).unwrap() != a, "its wales run along z");
+}
+
 #[test]
 fn pictures_are_numbered_and_gifs_have_all_frames() {
     let Some(_) = gpu::adapter() else { return };

@@ -1,7 +1,7 @@
 //! `knotmesh knit`: from a pattern to a stitch mesh.
 
 use super::{Console, Ending, print};
-use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, SMOOTHED, Sizes, relax};
+use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, Sizes, relax};
 use knotmesh::design::expression::Gauge;
 use knotmesh::design::{Knitted, Settings};
 use knotmesh::io::chart::swatch::Swatch;
@@ -30,9 +30,12 @@ pub struct Arguments {
     /// Of a chart alone: stitches and rows of garter around it.
     #[arg(long, value_name = "N")]
     border: Option<u16>,
-    /// Give every stitch its natural size (as relax-mesh does with its defaults); else places are rough.
+    /// Give every stitch its natural size (as relax-mesh --stiffer 30 --inflate 3); else places are rough.
     #[arg(long)]
     relax: bool,
+    /// With --relax: what encloses room lies as on a form that widens a tube by so many per cent; 0 for nothing in it.
+    #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * RelaxOptions::garment().inflation, value_parser = percent)]
+    inflate: f64,
     /// Work it and say how many stitches there are; write nothing.
     #[arg(long)]
     check: bool,
@@ -48,6 +51,12 @@ pub fn gauge(text: &str) -> Result<Gauge, String> {
         Some((stitches, rows)) => Ok(Gauge::per_10_cm(number(stitches)?, Some(number(rows)?))),
         None => Ok(Gauge::per_10_cm(number(text)?, None)),
     }
+}
+
+/// How much a tube is widened, per cent.
+pub fn percent(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|x| (0.0..=50.0).contains(x));
+    number.ok_or_else(|| format!("found '{text}', expected per cent from 0 to 50"))
 }
 
 /// `4x3`
@@ -87,7 +96,8 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         console.say(summary(&knitted).trim_end().replace('\n', "; "));
     }
     let mut ending = Ending::Done;
-    if arguments.relax && !arguments.check && !relaxed(&mut knitted, console)? {
+    let options = RelaxOptions { inflation: arguments.inflate / 100.0, ..RelaxOptions::garment() };
+    if arguments.relax && !arguments.check && !relaxed(&mut knitted, &options, console)? {
         ending = Ending::FellBack;
     }
     if let (Some(path), false) = (&arguments.output, arguments.check) {
@@ -99,14 +109,13 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
 }
 
 /// Relaxes the mesh; whether forces came within the bound.
-pub(super) fn relaxed(knitted: &mut Knitted, console: Console) -> Result<bool> {
+pub(super) fn relaxed(knitted: &mut Knitted, how: &RelaxOptions, console: Console) -> Result<bool> {
     let Gauge { width, height } = knitted.gauge;
     let sizes = Some(Sizes { course: width, wale: height });
     let options = ClothOptions { sizes, ..ClothOptions::default() };
     let cloth = Cloth::new(&knitted.mesh, &TemplateLibrary::embedded(), &options)?;
     let mut nodes = cloth.rest_positions().to_vec();
-    let options = RelaxOptions { stiffer: SMOOTHED, ..RelaxOptions::default() };
-    let report = relax(&cloth, &mut nodes, &options)?;
+    let report = relax(&cloth, &mut nodes, how)?;
     cloth.write_back(&nodes, &mut knitted.mesh.positions);
     console.say(format_args!(
         "relaxed in {} steps, {} rounds of conjugate gradients: energy {:.3e} J, was {:.3e} J; residual {:.1e}; {} folded faces",
@@ -120,7 +129,7 @@ pub(super) fn relaxed(knitted: &mut Knitted, console: Console) -> Result<bool> {
     if !report.converged {
         console.warn(format_args!(
             "the mesh is not quite at rest: a residual of {:.1e}, asked {:.1e}",
-            report.residual, options.residual
+            report.residual, how.residual
         ));
     }
     Ok(report.converged)

@@ -222,7 +222,9 @@ pub(super) fn warn_of_mesh(mesh: &StitchMesh, console: Console) {
 /// How well the templates fit the mesh.
 pub(super) fn warn_of_scene(mesh: &StitchMesh, scene: &Scene, console: Console) -> Misfit {
     let misfit = misfit(scene, scene.rest.as_deref().unwrap_or(&mesh.positions));
-    if let Some(warning) = misfit.warning(scene, |f| mesh.face_type(f).key()) {
+    // What was made to a gauge is as narrow as its ribs want.
+    let made = mesh.gauge.is_some_and(|[width, _]| width == scene.gauge) && misfit.share_large <= 0.05;
+    if let Some(warning) = misfit.warning(scene, |f| mesh.face_type(f).key()).filter(|_| !made) {
         console.warn(warning);
     }
     if scene.skipped_faces() > 0 {

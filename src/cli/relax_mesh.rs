@@ -1,5 +1,6 @@
 //! `knotmesh relax-mesh`: a stitch mesh in, the same with its faces at their natural sizes out.
 
+use super::knit::percent;
 use super::report::write_json;
 use super::{Console, Ending, complain, inputs, print};
 use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, RelaxReport, Sizes, relax};
@@ -25,8 +26,8 @@ pub struct Arguments {
     /// The relaxed mesh (.smobj). All but positions is kept.
     #[arg(short, long, value_name = "MESH2.smobj", required_unless_present = "check")]
     output: Option<PathBuf>,
-    /// Stitches and rows per 10 cm of plain fabric, such as 22x30. Without it the size of a stitch is measured: the mesh's
-    /// area over that of its templates.
+    /// Stitches and rows per 10 cm of plain fabric, such as 22x30. Without it the size of a stitch is what the mesh was
+    /// made to (by `knit`), else measured: the mesh's area over that of its templates.
     #[arg(long, value_name = "STITCHESxROWS")]
     gauge: Option<Gauge>,
     /// Factors of the natural sizes of stitch types: JSON, {"tuck+": {"course": 1.2, "wale": 0.8}}.
@@ -45,12 +46,23 @@ pub struct Arguments {
     /// Steps at most.
     #[arg(long, default_value_t = RelaxOptions::default().iterations)]
     iterations: usize,
+    /// So many times as stiff against bending at first: what is rough is smooth before it buckles. 30 suits garments.
+    #[arg(long, value_name = "TIMES", default_value_t = 1.0, value_parser = times)]
+    stiffer: f64,
+    /// What encloses room lies as on a form that widens a tube by so many per cent. 3 suits garments.
+    #[arg(long, value_name = "PERCENT", default_value_t = 0.0, value_parser = percent)]
+    inflate: f64,
     /// Write counts, sizes, energies and times as JSON.
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
     /// Read everything, say what there is and what has no effect, and stop.
     #[arg(long)]
     check: bool,
+}
+
+fn times(text: &str) -> std::result::Result<f64, String> {
+    let number = text.parse().ok().filter(|x| (1.0..=1e6).contains(x));
+    number.ok_or_else(|| format!("found '{text}', expected a number from 1 to 1e6"))
 }
 
 /// Stitches and rows per 10 cm.
@@ -124,6 +136,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         (None, None) => unit_of(&Cloth::new(&mesh, &library, &options)?),
     };
     mesh.positions.iter_mut().for_each(|p| *p *= unit);
+    mesh.gauge = mesh.gauge.map(|size| size.map(|x| x * unit));
     let cloth = Cloth::new(&mesh, &library, &options)?;
     let sizes = cloth.sizes();
     let summary = format!(
@@ -141,6 +154,10 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     console.say(&summary);
     let (report, relaxed) = solve(arguments, &mesh, &cloth, unit)?;
     mesh.positions = relaxed;
+    // Natural sizes are what it is made to from now on, where they were not measured.
+    if mesh.gauge.is_some() || arguments.gauge.is_some() {
+        mesh.gauge = Some([sizes.course, sizes.wale].map(|x| x / unit));
+    }
     if let Some(path) = &arguments.output {
         write(path, &mesh)?;
     }
@@ -178,6 +195,8 @@ fn solve(
     let options = RelaxOptions {
         residual: arguments.residual,
         iterations: arguments.iterations,
+        stiffer: arguments.stiffer,
+        inflation: arguments.inflate / 100.0,
         ..RelaxOptions::default()
     };
     let mut nodes = cloth.rest_positions().to_vec();

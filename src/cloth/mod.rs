@@ -8,6 +8,7 @@
 //! The energies are those of Yuksel et al. 2012 (mesh-based relaxation) and Huang et al. 2025 (section 5.1): course and wale
 //! edges towards their natural lengths, diagonals of faces against shear, and bending. [`natural`] says how long.
 
+mod align;
 mod assemble;
 mod descend;
 mod dissect;
@@ -15,6 +16,7 @@ mod energy;
 mod factor;
 mod folds;
 mod implicit;
+mod inflate;
 mod linear;
 pub mod natural;
 mod order;
@@ -24,7 +26,7 @@ pub mod step;
 mod watch;
 
 pub use natural::{Factors, Front, Sizes};
-pub use relax::{RelaxOptions, RelaxReport, SMOOTH, SMOOTHED, relax};
+pub use relax::{RelaxOptions, RelaxReport, SMOOTH, relax};
 pub use ribs::Ribs;
 pub use step::{FrameReport, StepOptions, Stepper, Support, Surroundings};
 
@@ -60,7 +62,8 @@ impl Default for Stiffness {
 /// How a mesh becomes cloth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClothOptions {
-    /// Natural size of a plain knit face, metres; measured on the mesh (its area over that of its templates) where not given.
+    /// Natural size of a plain knit face, metres; where not given, what the mesh was made to, else measured
+    /// on it (its area over that of its templates).
     pub sizes: Option<Sizes>,
     /// How knits and purls side by side draw in.
     pub factors: Factors,

@@ -28,13 +28,14 @@ impl Sizes {
 /// How the neighbours of a stitch change its natural size: `[h][v]`, where h of its two neighbours along the course and v of its
 /// two along the wale show the other side of a loop (a knit beside or above a purl).
 ///
-/// Defaults are what hand-knitting gauges commonly come to, relaxed, against stockinette of the same yarn and needles:
+/// Defaults, relaxed, against stockinette of the same yarn and needles; a measured gauge overrides them (`--sizes`). No table of
+/// measurements is public that covers them:
 ///
 /// | fabric | h | v | width | height | from |
 /// |---|---|---|---|---|---|
 /// | stockinette | 0 | 0 | 1 | 1 | by definition |
-/// | 1x1 rib | 2 | 0 | 0.58 | 1 | relaxed ribs measure 0.55 to 0.65 of stockinette's width; rows stay |
-/// | 2x2 rib | 1 | 0 | 0.68 | 1 | 0.6 to 0.7 |
+/// | 1x1 rib | 2 | 0 | 0.70 | 1 | can be stretched to 1.96 times its width, a 2x2 rib to 2.23 times (swatches of several yarns): if to 1.4 times that of stockinette, 0.71 and 0.63; rows stay |
+/// | 2x2 rib | 1 | 0 | 0.62 | 1 | the same; of 40 stitches each, swatches get narrower from 1x1 to 4x4 |
 /// | garter | 0 | 2 | 1.05 | 0.70 | two rows are as high as a stitch is wide (1 : 2); stockinette is 5 : 7, so 5 / 7 |
 /// | seed (moss) | 2 | 2 | 0.95 | 0.80 | between rib and garter |
 ///
@@ -47,10 +48,10 @@ pub struct Factors {
     pub height: [[f64; 3]; 3],
 }
 
-/// Width of a stitch in 1x1 rib: the middle of 0.55 to 0.65, rounded down for the wales that hide behind others.
-const RIB_1X1: f64 = 0.58;
+/// Width of a stitch in 1x1 rib.
+const RIB_1X1: f64 = 0.70;
 /// Width of a stitch in 2x2 rib.
-const RIB_2X2: f64 = 0.68;
+const RIB_2X2: f64 = 0.62;
 /// Width of a stitch in garter.
 const GARTER_WIDTH: f64 = 1.05;
 /// Height of a row of garter.
@@ -147,7 +148,8 @@ pub(crate) fn shapes(
     let cell = found.iter().flatten().find_map(|(t, _)| rectangle(&t.corners)).unwrap_or(PLAIN);
     let outlines: Vec<Outline> =
         mesh.types.iter().zip(&found).map(|(stitch, found)| outline(&stitch.labels, *found, cell)).collect();
-    let sizes = match sizes {
+    let made_to = mesh.gauge.map(|[course, wale]| Sizes { course, wale });
+    let sizes = match sizes.or(made_to) {
         Some(sizes) => sizes,
         None => {
             let unit = measured_unit(mesh, &outlines)?;

@@ -4,9 +4,12 @@
 //! (`descend`), which passes buckles everywhere at once, until forces are within ten times their bound. Newton's method in
 //! a region of trust (Steihaug 1983) does the rest: steps are as long as the quadratic model has proved right, and go that far along
 //! directions in which the energy curves down. Should it take long, the two take turns. A step that does not lower the energy
-//! is not taken, however rough the start. All of it turns with the start: a turned start gives the turned result but for rounding.
+//! is not taken, however rough the start. All of it turns with the start: a turned start gives the turned result but for rounding. What nothing
+//! holds lies at the end as it lay at the start.
 
+use super::align::align;
 use super::descend::Descent;
+use super::inflate::Inflation;
 use super::linear::{System, dot};
 use super::{Cloth, assemble};
 use crate::{Error, Result};
@@ -28,6 +31,9 @@ pub struct RelaxOptions {
     /// How many times as stiff against bending cloth is at first, where it is not flat: what is rough is smooth then before anything
     /// buckles, and cloth folds over and passes through itself less. 1: as it is from the start.
     pub stiffer: f64,
+    /// Pressure from within what encloses room, as a form in it would give: that which widens a round tube of as much room and area by this
+    /// share. Not where nodes are held.
+    pub inflation: f64,
     /// Whether to scale the start about its centre to the size of least energy. Not done where nodes are held.
     pub rescale: bool,
     /// Whether a start that lies in a plane is kept in it. Else rounding decides where compressed fabric buckles.
@@ -43,9 +49,17 @@ impl Default for RelaxOptions {
             held: Vec::new(),
             acceleration: DVec3::ZERO,
             stiffer: 1.0,
+            inflation: 0.0,
             rescale: true,
             keep_flat: true,
         }
+    }
+}
+
+impl RelaxOptions {
+    /// For garments that nobody wears: smooth before they buckle, and on a form that keeps them open.
+    pub fn garment() -> Self {
+        Self { stiffer: 30.0, inflation: 0.03, ..Self::default() }
     }
 }
 
@@ -80,6 +94,7 @@ pub struct RelaxReport {
 /// Another number of positions than nodes, positions that are not finite, held nodes that there are not, options out of range.
 pub fn relax(cloth: &Cloth, nodes: &mut [DVec3], options: &RelaxOptions) -> Result<RelaxReport> {
     check(cloth, nodes, options)?;
+    let start = nodes.to_vec();
     let mut report = RelaxReport { scale: 1.0, ..RelaxReport::default() };
     let free = options.held.is_empty() && options.acceleration == DVec3::ZERO;
     let mut problem = Problem::new(cloth, options);
@@ -90,6 +105,7 @@ pub fn relax(cloth: &Cloth, nodes: &mut [DVec3], options: &RelaxOptions) -> Resu
         }
         problem.plane = if options.keep_flat { plane(cloth, nodes) } else { None };
         report.flat = problem.plane.is_some();
+        problem.inflate(nodes, options.inflation);
     }
     if options.stiffer > 1.0 && !report.flat {
         let stiff = cloth.stiffer(options.stiffer);
@@ -99,9 +115,16 @@ pub fn relax(cloth: &Cloth, nodes: &mut [DVec3], options: &RelaxOptions) -> Resu
             rounds: options.rounds / 2,
             ..options.clone()
         };
-        Problem::new(&stiff, &first).run(nodes, &first, &mut report);
+        let mut problem = Problem::new(&stiff, &first);
+        if free {
+            problem.inflate(nodes, options.inflation);
+        }
+        problem.run(nodes, &first, &mut report);
     }
     problem.run(nodes, options, &mut report);
+    if free && !report.flat {
+        align(nodes, &start, &cloth.masses);
+    }
     report.folded = cloth.folded_faces(nodes).len();
     Ok(report)
 }
@@ -118,11 +141,12 @@ fn check(cloth: &Cloth, nodes: &[DVec3], options: &RelaxOptions) -> Result<()> {
     if let Some(node) = options.held.iter().find(|n| **n as usize >= nodes.len()) {
         return Err(Error::invalid(format_args!("held node {node}, expected numbers below {}", nodes.len())));
     }
-    if !(options.residual > 0.0 && options.acceleration.is_finite() && (1.0..=1e6).contains(&options.stiffer))
-    {
+    let RelaxOptions { residual, acceleration, stiffer, inflation, .. } = options;
+    let fine = (1.0..=1e6).contains(stiffer) && (0.0..=0.5).contains(inflation);
+    if !(*residual > 0.0 && acceleration.is_finite() && fine) {
         return Err(Error::invalid(format_args!(
-            "a residual of {}, an acceleration of {}, bending {} times as stiff, expected a positive number, finite ones, 1 to 1e6",
-            options.residual, options.acceleration, options.stiffer
+            "a residual of {residual}, an acceleration of {acceleration}, bending {stiffer} times as stiff, inflation by {inflation}, \
+             expected a positive number, finite ones, 1 to 1e6, 0 to 0.5"
         )));
     }
     Ok(())
@@ -164,9 +188,6 @@ fn plane(cloth: &Cloth, x: &[DVec3]) -> Option<DVec3> {
     (off <= 1e-6 * extent).then_some(normal)
 }
 
-/// How many times as stiff garments are at first ([`RelaxOptions::stiffer`]): docs/cloth.md has the trials.
-pub const SMOOTHED: f64 = 30.0;
-
 /// Residual that is near enough of cloth that is stiffer than it will be.
 pub const SMOOTH: f64 = 1e-3;
 
@@ -192,6 +213,7 @@ struct Problem<'a> {
     load: Vec<DVec3>,
     held: Vec<u32>,
     plane: Option<DVec3>,
+    inflation: Option<Inflation<'a>>,
     parts: Vec<f64>,
 }
 
@@ -202,16 +224,28 @@ impl<'a> Problem<'a> {
         } else {
             cloth.masses.iter().map(|m| options.acceleration * *m).collect()
         };
-        Self { cloth, load, held: options.held.clone(), plane: None, parts: vec![0.0; cloth.part_count()] }
+        let parts = vec![0.0; cloth.part_count()];
+        Self { cloth, load, held: options.held.clone(), plane: None, inflation: None, parts }
+    }
+
+    /// Sets it under pressure, if it encloses room.
+    fn inflate(&mut self, x: &[DVec3], strain: f64) {
+        if strain > 0.0 && self.plane.is_none() {
+            self.inflation = Inflation::new(self.cloth, x, strain);
+        }
     }
 
     fn energy(&mut self, x: &[DVec3]) -> f64 {
-        self.cloth.energy_in(x, &mut self.parts) - dot(&self.load, x)
+        let pressure = self.inflation.as_ref().map_or(0.0, |i| i.energy(x));
+        self.cloth.energy_in(x, &mut self.parts) - dot(&self.load, x) + pressure
     }
 
     fn forces(&self, x: &[DVec3], out: &mut [DVec3]) {
         self.cloth.forces(x, out);
         out.iter_mut().zip(&self.load).for_each(|(f, load)| *f += *load);
+        if let Some(inflation) = &self.inflation {
+            inflation.add_forces(x, out);
+        }
         self.keep(out);
     }
 

@@ -11,13 +11,15 @@ use crate::template::TemplateLibrary;
 use glam::DVec3;
 
 /// How much of the height that would keep a stitch's width. At 0.6, next to no yarn of a 2x2 rib at its natural size is nearer than r
-/// to other yarn (one sample in 10,000; without height one in 15); at 1 it is crowded inside the fold, and the rib is too thick.
+/// to other yarn (one sample in 10,000; without height one in 15: `benches/ribs.rs`); at 1 it is crowded inside the fold, and the rib is
+/// too thick.
 const SHARE: f64 = 0.6;
 
 /// The ribs of a mesh: where wales of knits lie beside wales of purls, two or more of them at a time. (Of single wales, each side is
 /// a border: there is nothing between to rise.)
 #[derive(Clone, Debug, Default)]
 pub struct Ribs {
+    share: f64,
     /// Places that rise or fall.
     crests: Vec<Crest>,
     /// Vertices at crests, one after the other.
@@ -99,7 +101,7 @@ impl Ribs {
         for (vertex, group) in groups.of_vertex.iter().enumerate() {
             at[*group as usize].push(vertex as u32);
         }
-        let mut ribs = Self::default();
+        let mut ribs = Self { share: SHARE, ..Self::default() };
         for edges in edges.chunk_by(|a, b| a.0 == b.0) {
             let crest = edges[0].0 as usize;
             ribs.edges.extend(edges.iter().map(|(_, edge)| *edge));
@@ -114,6 +116,11 @@ impl Ribs {
             ribs.crests.push(Crest { vertices, edges, faces });
         }
         ribs
+    }
+
+    /// Another share of the height that would keep a stitch's width; 0.6 unless given.
+    pub fn with_share(self, share: f64) -> Self {
+        Self { share, ..self }
     }
 
     /// Whether there are none.
@@ -141,7 +148,7 @@ impl Ribs {
                 let [a, b] = e.ends.map(at);
                 e.side * (e.length.powi(2) - a.distance_squared(b)).max(0.0).sqrt()
             };
-            let height = SHARE * edges.iter().map(rise).sum::<f64>() / edges.len() as f64;
+            let height = self.share * edges.iter().map(rise).sum::<f64>() / edges.len() as f64;
             let up: DVec3 = faces.iter().map(|[a, b]| normal(&self.corners[*a as usize..*b as usize])).sum();
             moves.push(up.normalize_or_zero() * height);
         }

@@ -88,6 +88,8 @@ pub fn knit_statements(
     let fabric = &worked.knitter.fabric;
     let corners = assemble::Corners::new(fabric);
     let positions = place::place(fabric, &corners, worked.gauge);
+    let mut mesh = assemble::stitch_mesh(fabric, &corners, positions);
+    mesh.gauge = Some([worked.gauge.width, worked.gauge.height]);
     let pieces = fabric.pieces.iter().enumerate().map(|(number, piece)| {
         let rows = fabric.rows.iter().filter(|r| r.piece as usize == number);
         PieceSummary {
@@ -98,7 +100,7 @@ pub fn knit_statements(
         }
     });
     Ok(Knitted {
-        mesh: assemble::stitch_mesh(fabric, &corners, positions),
+        mesh,
         title: worked.title.clone(),
         size: worked.size.clone(),
         gauge: worked.gauge,

@@ -100,7 +100,8 @@ impl Drape {
     ) -> Result<Self> {
         scene.check()?;
         let [_, placed] = positions(mesh, scene);
-        let metric = StitchMesh { positions: placed, ..mesh.clone() };
+        let gauge = mesh.gauge.map(|size| size.map(|x| x * scene.unit));
+        let metric = StitchMesh { positions: placed, gauge, ..mesh.clone() };
         let options = ClothOptions { density: scene.density.unwrap_or(options.density), ..options.clone() };
         let cloth = Cloth::new(&metric, library, &options)?;
         let mut start = cloth.rest_positions().to_vec();

@@ -8,6 +8,7 @@
 //! | `T n`, `N line` | type and pattern line of the n-th face, for the n-th such line |
 //! | `N line # column c color rrggbb` | ours: the place on that line and the stitch's colour, in a comment that others pass over |
 //! | `e face/edge face/edge` | two joined edges; flipped if exactly one edge number is negative |
+//! | `# gauge width height` | ours: size of a plain stitch, in units of the mesh |
 //! | `U name length`, `c face/edge/crossing (length unit)...` | yarn length units and rest lengths |
 //! | `h o t l I xfer` | knitting machine hints, kept verbatim |
 //! | `ci vn vt usemtl mtllib` | counted, otherwise passed over |
@@ -41,6 +42,8 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<StitchMesh> {
     for mut line in Lines::new(path, bytes, true) {
         if let Some(keyword) = line.word()? {
             reader.line(keyword, &mut line)?;
+        } else if reader.mesh.gauge.is_none() {
+            reader.mesh.gauge = gauge(line.comment());
         }
     }
     let mut mesh = reader.mesh;
@@ -70,6 +73,15 @@ fn origin(comment: &str) -> Option<FaceOrigin> {
         _ => return None,
     };
     Some(FaceOrigin { column, colour })
+}
+
+/// Width and height of a plain stitch from a comment of its own; any other comment is none of ours.
+fn gauge(comment: &str) -> Option<[f64; 2]> {
+    let mut words = comment.strip_prefix('#')?.split_ascii_whitespace();
+    let named = words.next()? == "gauge";
+    let size = |word: Option<&str>| word?.parse().ok().filter(|x| (1e-9..=1e9).contains(x));
+    let both = [size(words.next())?, size(words.next())?];
+    (named && words.next().is_none()).then_some(both)
 }
 
 struct Reader {

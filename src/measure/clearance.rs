@@ -40,6 +40,23 @@ struct Sample {
 /// # Errors
 /// Those of the source.
 pub fn clearance(curves: &dyn CurveSource, r: f64) -> Result<Clearance> {
+    let distances = distances(curves, r)?;
+    let share =
+        |limit: f64| distances.iter().filter(|d| **d < limit).count() as f64 / distances.len().max(1) as f64;
+    Ok(Clearance {
+        samples: distances.len(),
+        share_below_r: share(1.0),
+        share_below_1_5r: share(1.5),
+        share_below_2r: share(2.0),
+        smallest: distances.iter().copied().fold(REACH, f64::min),
+    })
+}
+
+/// `[sample]` how near another centreline comes, in yarn radii, capped at 2.5; see [`clearance`].
+///
+/// # Errors
+/// Those of the source.
+pub fn distances(curves: &dyn CurveSource, r: f64) -> Result<Vec<f64>> {
     // Yarn torn over the whole of space needs no finer samples than these.
     let step = f64::max(0.5 * r, length_of(curves)? / MOST_SAMPLES as f64);
     let (samples, lengths) = sample(curves, step)?;
@@ -74,16 +91,7 @@ pub fn clearance(curves: &dyn CurveSource, r: f64) -> Result<Clearance> {
     };
     // A share needs no more than so many samples.
     let every = samples.len().div_ceil(MOST).max(1);
-    let distances: Vec<f64> = samples.par_iter().step_by(every).map(nearest).collect();
-    let share =
-        |limit: f64| distances.iter().filter(|d| **d < limit).count() as f64 / distances.len().max(1) as f64;
-    Ok(Clearance {
-        samples: distances.len(),
-        share_below_r: share(1.0),
-        share_below_1_5r: share(1.5),
-        share_below_2r: share(2.0),
-        smallest: distances.iter().copied().fold(REACH, f64::min),
-    })
+    Ok(samples.par_iter().step_by(every).map(nearest).collect())
 }
 
 /// A yarn's length and closedness.

@@ -100,6 +100,8 @@ pub struct StitchMesh {
     pub face_source: Vec<u32>,
     /// `[face]` where on that line it stands (comments of `N` lines, ours), or empty.
     pub face_origins: Vec<FaceOrigin>,
+    /// Width and height of a plain stitch, world units, where it was made to a gauge (a `# gauge` comment, ours).
+    pub gauge: Option<[f64; 2]>,
     /// Yarn length units (`U` lines), or empty.
     pub units: Vec<YarnUnit>,
     /// Rest lengths of yarn (`c` lines).

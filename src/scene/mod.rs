@@ -49,7 +49,8 @@ pub struct SceneOptions {
     pub coordinates: Coordinates,
     /// Leave out faces whose stitch type the library lacks, instead of refusing the mesh.
     pub skip_unknown: bool,
-    /// World units per template unit; computed from the rest positions where not given.
+    /// World units per template unit; without, those that the mesh was made to ([`StitchMesh::gauge`], unless there are other rest
+    /// positions), else computed from the rest positions.
     pub gauge: Option<f64>,
     /// `[vertex]` rest positions, world units; the mesh's own where not given.
     pub rest: Option<Vec<DVec3>>,
@@ -255,6 +256,10 @@ impl Scene {
                 return Err(Error::invalid(format_args!("gauge {gauge:e}: expected a positive number")));
             }
             self.gauge = gauge;
+            return Ok(());
+        }
+        if let (Some([width, _]), None) = (mesh.gauge, &self.rest) {
+            self.gauge = width;
             return Ok(());
         }
         let rest = self.rest.as_deref().unwrap_or(&mesh.positions);

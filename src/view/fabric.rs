@@ -2,7 +2,7 @@
 
 use super::net::Net;
 use super::state::{Content, Kind, Settings};
-use crate::cloth::{Cloth, ClothOptions, RelaxOptions, Ribs, SMOOTH, SMOOTHED, Sizes, relax};
+use crate::cloth::{Cloth, ClothOptions, RelaxOptions, Ribs, SMOOTH, Sizes, relax};
 use crate::design::expression::Gauge;
 use crate::design::{self, Knitted};
 use crate::io::chart::{self, Drawing, swatch};
@@ -260,10 +260,10 @@ fn make(job: &Job, library: &TemplateLibrary, say: &mut dyn FnMut(Fabric, bool) 
     let began = Instant::now();
     let cloth = Cloth::new(&fabric.mesh, library, &options)?;
     let mut nodes = cloth.nodes_of(&fabric.mesh.positions)?;
-    let whole = RelaxOptions::default();
-    let mut options = RelaxOptions { iterations: 8, rescale: !begun, ..whole.clone() };
+    let whole = RelaxOptions::garment();
+    let mut options = RelaxOptions { iterations: 8, rescale: !begun, stiffer: 1.0, ..whole.clone() };
     // What begins anew is smooth before it buckles, as `knit --relax` has it.
-    let mut stiff = (!begun).then(|| cloth.stiffer(SMOOTHED));
+    let mut stiff = (!begun).then(|| cloth.stiffer(whole.stiffer));
     let (mut steps, mut rounds) = (0, 0);
     loop {
         options.residual = if stiff.is_some() { SMOOTH } else { whole.residual };

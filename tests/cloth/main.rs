@@ -6,6 +6,7 @@ mod grid;
 
 mod energy;
 mod folds;
+mod inflation;
 mod natural;
 mod relaxation;
 mod ribs;

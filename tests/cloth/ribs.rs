@@ -30,12 +30,12 @@ fn ribs(mesh: &StitchMesh) -> Ribs {
 /// place's vertices moved.
 #[test]
 fn knits_come_forward_and_purls_go_back() {
-    let flat = rib(0.68);
+    let flat = rib(0.62);
     let mut positions = flat.positions.clone();
     ribs(&flat).fold(&mut positions);
-    let height = 0.6 * WIDTH * (1.0 - 0.68_f64 * 0.68).sqrt();
+    let height = 0.6 * WIDTH * (1.0 - 0.62_f64 * 0.62).sqrt();
     for (before, after) in flat.positions.iter().zip(&positions) {
-        let wale = (before.x / (0.68 * WIDTH)).round() as usize;
+        let wale = (before.x / (0.62 * WIDTH)).round() as usize;
         // Wales begin with two knits, whose left side is the fabric's.
         let expected = match wale {
             0 | 16 => 0.0,
@@ -89,7 +89,7 @@ fn other_fabric_stays() {
 #[test]
 fn yarn_of_ribs_has_room() {
     let library = TemplateLibrary::embedded();
-    let mesh = rib(0.68);
+    let mesh = rib(0.62);
     let options = SceneOptions { gauge: Some(WIDTH), ..SceneOptions::default() };
     let scene = Arc::new(Scene::compile(&mesh, &library, options).unwrap());
     let measured = |positions: &[DVec3]| -> Clearance {

@@ -7,6 +7,9 @@ use std::fmt::Write as _;
 
 /// Two quads and a triangle, with every kind of line and lines in odd places.
 const SAMPLE: &str = "\u{feff}# a comment first
+# gauge the first that is one counts
+# gauge 0.5 1e-1
+# gauge 1 2
 T 1
 e 1/3 2/-1
 L knit -l +y +l -y # types may follow faces that use them
@@ -64,6 +67,7 @@ fn every_kind_of_line_is_kept_or_counted() {
     assert_eq!(mesh.face_types, [0, 0, 1].map(TypeId));
     assert_eq!(mesh.face_type(FaceId(2)).key(), "end -l +y x");
     assert_eq!(mesh.face_source, [7, 7, 9]);
+    assert_eq!(mesh.gauge, Some([0.5, 0.1]));
     let joins = [
         Join { a: edge(0, 2), b: edge(1, 0), flipped: true },
         Join { a: edge(1, 2), b: edge(2, 0), flipped: false },

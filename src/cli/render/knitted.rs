@@ -6,7 +6,7 @@ use crate::cli::{Console, inputs, knit};
 use glam::DVec3;
 use knotmesh::backend::gpu::DevicePoints;
 use knotmesh::backend::{Backend, DeviceBackend, FrameOutput, Recipe, Running, Wanted, middle, table_cache};
-use knotmesh::cloth::Ribs;
+use knotmesh::cloth::{RelaxOptions, Ribs};
 use knotmesh::design::{self, Knitted};
 use knotmesh::io::chart::swatch::{self, Swatch};
 use knotmesh::io::frames::{Frames, frame_range};
@@ -33,6 +33,8 @@ pub struct FromMesh {
     pub normal: DVec3,
     /// How much wales run along each axis in the first frame.
     wale: DVec3,
+    /// Whether it was made from a pattern, which has y upwards.
+    of_pattern: bool,
     style: Style,
     kinds: Vec<Kind>,
     scene: Arc<Scene>,
@@ -108,6 +110,7 @@ impl FromMesh {
             numbers: Vec::new(),
             normal: DVec3::ZERO,
             wale: DVec3::ZERO,
+            of_pattern: pattern || !mesh.face_origins.is_empty(),
             style,
             kinds: Vec::new(),
             scene,
@@ -203,9 +206,9 @@ impl FromMesh {
         }
     }
 
-    /// Wales run upwards: along y, unless they run along z.
+    /// Wales run upwards: along y, unless they run along z. In patterns feet may be longer than legs.
     pub fn up(&self) -> Option<Up> {
-        Some(if self.wale.z > self.wale.y.max(self.wale.x) { Up::Z } else { Up::Y })
+        Some(if !self.of_pattern && self.wale.z > self.wale.y.max(self.wale.x) { Up::Z } else { Up::Y })
     }
 
     pub fn kinds_legend(&self) -> Option<Legend> {
@@ -234,7 +237,7 @@ fn knit(arguments: &Arguments, console: Console) -> Result<Knitted> {
     } else {
         pattern::knit_file(path, &settings)?
     };
-    knit::relaxed(&mut knitted, console)?;
+    knit::relaxed(&mut knitted, &RelaxOptions::garment(), console)?;
     Ok(knitted)
 }
 

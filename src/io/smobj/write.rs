@@ -10,6 +10,9 @@ use std::io::{Error, ErrorKind, Result, Write};
 /// A mesh that the format cannot hold (a name with a blank or `#`, a coordinate that is not finite) is
 /// an error of kind `InvalidInput`.
 pub fn write(mesh: &StitchMesh, out: &mut impl Write) -> Result<()> {
+    if let Some([width, height]) = mesh.gauge {
+        writeln!(out, "# gauge {} {}", Number::new(width)?, Number::new(height)?)?;
+    }
     for stitch in &mesh.types {
         write!(out, "L {}", Name::new(&stitch.name)?)?;
         for label in &stitch.labels {
