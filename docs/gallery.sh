@@ -50,7 +50,7 @@ draw types stitches/lace.smobj --style type
 draw hat stitches/hat.knit --colour '#486898'
 # The sock is pulled over a foot, where its heel is one.
 "$knotmesh" knit stitches/sock.knit -o "$work/sock.smobj"
-"$knotmesh" drape "$work/sock.smobj" --scene stitches/scenes/sock.json --frame-range 0:16 -o "$work/sock.npy"
+"$knotmesh" drape "$work/sock.smobj" --scene stitches/scenes/sock.json --frame-range 0:21 -o "$work/sock.npy"
 draw sock "$work/sock.smobj" --frames "$work/sock.npy" --frame-range -1: --fold-ribs --camera 70,10 --colour '#6a9860'
 draw mitten stitches/mitten.knit --colour '#c4544c'
 # The sweater is worn: its scene's body, a second after it was put on.
