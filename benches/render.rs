@@ -2,6 +2,10 @@
 //!
 //! `cargo bench --bench render [-- POINTS...]`; a million and ten million control points unless told otherwise. Each line is the median of
 //! a few frames, from new places on the CPU to a picture on the device; a first frame, which compiles shaders, is not counted.
+//!
+//! `-- shimmer`: how much pixels flicker as a tube turns, by samples a pixel and the yarn's radius in pixels. `rms` is the root mean square,
+//! of 255, of the second differences of three pictures half a degree apart; the part that 128 samples do not have is noise, and `flicker`
+//! is that of one picture: the root of the squares' difference over 6.
 
 use knotmesh::backend::gpu::Adapter;
 use knotmesh::render::camera::Axes;
@@ -43,6 +47,38 @@ fn median(mut times: Vec<f64>) -> f64 {
     times[times.len() / 2]
 }
 
+/// Second differences between three pictures half a degree apart.
+fn shimmer(painter: &Painter) {
+    println!("{:>8} {:>8} {:>8} {:>10}", "radius", "samples", "rms", "flicker");
+    let strands = tube(10_000);
+    let mut yarn = painter.yarn(&strands).expect("there is room");
+    for height in [60, 120, 240, 480_u32] {
+        let canvas = painter.canvas(height, height).expect("there is room");
+        let camera = Camera::framing(yarn.bounds(), &Axes::Y_UP, View::FRONT, 1.0, 1.0);
+        let distance = camera.eye.distance(camera.target);
+        let length = f64::from(strands.radius[0]) * strands.unit;
+        let radius = length * f64::from(height) / (2.0 * (camera.field / 2.0).tan() * distance);
+        let mut rms = |samples: u32| {
+            let look = Look { samples, ..Look::default() };
+            let [a, b, c] = [0.0, 0.5, 1.0].map(|degrees| {
+                let camera = camera.turned(&Axes::Y_UP, degrees);
+                painter.paint(&canvas, &mut yarn, &camera, &look).expect("it is painted");
+                painter.picture(&canvas).expect("the device answers").pixels.into_flattened()
+            });
+            let second = |i: usize| f64::from(a[i]) - 2.0 * f64::from(b[i]) + f64::from(c[i]);
+            ((0..a.len()).map(|i| second(i).powi(2)).sum::<f64>() / a.len() as f64 * 4.0 / 3.0).sqrt()
+        };
+        let many = rms(128);
+        for samples in [4, 8, 16, 32, 64] {
+            let of = rms(samples);
+            println!(
+                "{radius:>8.2} {samples:>8} {of:>8.2} {:>10.2}",
+                ((of * of - many * many).max(0.0) / 6.0).sqrt()
+            );
+        }
+    }
+}
+
 fn main() {
     let asked: Vec<usize> =
         std::env::args().filter_map(|a| a.parse::<f64>().ok()).map(|n| n as usize).collect();
@@ -51,6 +87,10 @@ fn main() {
         Ok(adapter) => adapter,
         Err(e) => return println!("{e}"),
     };
+    if std::env::args().any(|a| a == "shimmer") {
+        println!("{}", adapter.report());
+        return shimmer(&Painter::open(&adapter).expect("the adapter opens"));
+    }
     println!("{}, {} x {} pixels, 4 samples a pixel", adapter.report(), SIZE[0], SIZE[1]);
     println!(
         "{:>10} {:>12} {:>28} {:>10} {:>10} {:>10}",

@@ -192,6 +192,26 @@ fn patterns_have_y_upwards() {
     assert!(std::fs::read(at("c.png")).unwrap() != a, "its wales run along z");
 }
 
+/// What moves has as many samples as its yarn is thin; a still picture has the usual number.
+#[test]
+fn thin_yarn_that_moves_has_more_samples() {
+    let Some(adapter) = gpu::adapter() else { return };
+    let out = tempfile::tempdir().unwrap();
+    let picture = |name: &str, more: &[&str]| {
+        let folder = out.path().join(name).to_string_lossy().into_owned() + "/";
+        let size = ["render", "stitches/tube.smobj", "-o", &folder, "--width", "64", "--height", "48"];
+        let (code, _, message) = knotmesh(&[&size[..], more].concat());
+        assert_eq!(code, 0, "{message}");
+        let first = names(Path::new(&folder)).into_iter().next().unwrap();
+        std::fs::read(Path::new(&folder).join(first)).unwrap()
+    };
+    let usual = if adapter.report().is_software() { "8" } else { "16" };
+    let turned = picture("turned", &["--turntable", "2"]);
+    assert!(turned == picture("many", &["--turntable", "2", "--samples", "64"]));
+    assert!(turned != picture("few", &["--turntable", "2", "--samples", usual]));
+    assert!(picture("still", &[]) == picture("asked", &["--samples", usual]));
+}
+
 #[test]
 fn pictures_are_numbered_and_gifs_have_all_frames() {
     let Some(_) = gpu::adapter() else { return };

@@ -61,3 +61,12 @@ impl Default for Look {
         }
     }
 }
+
+impl Look {
+    /// Samples a pixel with which moving yarn of a radius in pixels does not shimmer: its pixels flicker by about 2 steps of 255
+    /// (`cargo bench --bench render -- shimmer`). At most 64.
+    pub fn steady(radius: f64) -> u32 {
+        let wanted = (32.0 / radius).clamp(1.0, 64.0).ceil() as u32;
+        wanted.next_multiple_of(4)
+    }
+}

@@ -113,3 +113,28 @@ pub fn pictures_repeat(painter: &Painter) {
     let apart = apart(&four, &many);
     assert!(apart > 0.0 && apart < 2.0, "{apart}");
 }
+
+/// Yarns half a pixel thick that move by parts of a pixel: what changes from picture to picture and back is noise, for the most part.
+pub fn thin_yarn_does_not_flicker(painter: &Painter) {
+    let lines = |d: DVec3, across: DVec3, z: f64| {
+        let line = move |k: usize| across * (0.06 * k as f64 - 1.2) + DVec3::Z * z;
+        (0..41).flat_map(move |k| (0..13).map(move |i| line(k) + d * (f64::from(i) / 5.0 - 1.2)))
+    };
+    let points: Vec<DVec3> = lines(DVec3::X, DVec3::Y, 0.0).chain(lines(DVec3::Y, DVec3::X, 0.03)).collect();
+    let mut strands = yarn(&points, false, 0.01);
+    strands.offsets = (0..=82).map(|k| 13 * k).collect();
+    (strands.closed, strands.radius) = (vec![false; 82], vec![0.01; 82]);
+    let size = [120, 120];
+    // 40 pixels are one unit.
+    let radius = 0.01 * 40.0;
+    let differences = |samples| {
+        let look = Look { samples, ..Look::default() };
+        let places = [0.0, 0.3, 0.6].map(|pixels| DVec3::new(pixels / 40.0, pixels / 80.0, 0.0));
+        let [a, b, c] =
+            places.map(|p| paint(painter, &strands, &far(p, 3.0), &look, size).pixels.into_flattened());
+        let second = |i: usize| f64::from(a[i]) - 2.0 * f64::from(b[i]) + f64::from(c[i]);
+        ((0..a.len()).map(|i| second(i).powi(2)).sum::<f64>() / a.len() as f64 * 4.0 / 3.0).sqrt()
+    };
+    let (few, steady) = (differences(4), differences(Look::steady(radius)));
+    assert!(few > 35.0 && steady < 17.0, "{few} {steady}");
+}

@@ -38,6 +38,11 @@ impl Extent {
         let thickest = strands.radius.iter().copied().fold(0.0, f32::max);
         all.radius = all.radius.max(f64::from(thickest) * strands.unit);
     }
+
+    /// The thickest yarn's, world units.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
 }
 
 /// Cameras of all pictures of a run.
@@ -65,6 +70,12 @@ impl Framing {
             camera = Camera { eye: camera.eye + aside, target: place.0, ..camera };
         }
         Self { camera, axes }
+    }
+
+    /// Pixels that a length at the target takes in a picture so many high.
+    pub fn pixels(&self, length: f64, height: u32) -> f64 {
+        length * f64::from(height)
+            / (2.0 * (self.camera.field / 2.0).tan() * self.camera.eye.distance(self.camera.target))
     }
 
     /// The camera turned by an angle in degrees.

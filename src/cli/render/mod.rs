@@ -45,7 +45,8 @@ pub struct Arguments {
     /// Pixels down.
     #[arg(long, default_value_t = 960, value_parser = clap::value_parser!(u32).range(16..=16384), help_heading = "Picture")]
     pub height: u32,
-    /// Samples a pixel, in fours; 16 on hardware, 8 on an adapter of software.
+    /// Samples a pixel, in fours; 16 on hardware, 8 on an adapter of software. Of several pictures, which move, up to 64 where yarn
+    /// is thin: 32 over its radius in pixels.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = "Picture")]
     pub samples: Option<u32>,
     /// Colours of the yarns, one after the other and again from the first.
@@ -200,6 +201,10 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
         mesh.keep_points()?;
     }
     let mut studio = Studio::open(arguments, style, &mut source, [size[0] - strip, size[1]], console)?;
+    if (source.moves() || arguments.turntable.is_some()) && arguments.samples.is_none() {
+        let radius = view.pixels(extent.radius(), size[1]);
+        studio.look.samples = studio.look.samples.max(Look::steady(radius));
+    }
     progress.steps(shots.len(), "drawing", "picture");
     let mut shown = None;
     for (done, shot) in shots.iter().enumerate() {
