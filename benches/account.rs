@@ -13,6 +13,7 @@ use knotmesh::backend::gpu::shader;
 use knotmesh::io::smobj;
 use knotmesh::knot::table::Grid;
 use knotmesh::knot::{Kernel, Settings, Solver, Start};
+use knotmesh::measure::machine::heading;
 use knotmesh::scene::{Mode, Scene, SceneOptions, Stencil};
 use knotmesh::template::{Coordinates, TemplateLibrary};
 
@@ -201,6 +202,7 @@ fn private(room: Counts, grid: Option<&Grid>) -> Option<u32> {
 }
 
 fn main() {
+    println!("{}", heading("account"));
     // Cargo adds flags of its own.
     let stitches = std::env::args().skip(1).find_map(|a| a.parse().ok()).unwrap_or(22_800).max(1);
     let library = TemplateLibrary::embedded();

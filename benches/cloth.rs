@@ -11,6 +11,7 @@ mod grid;
 use glam::DVec3;
 use grid::Wrap;
 use knotmesh::cloth::{Cloth, ClothOptions, RelaxOptions, Sizes, StepOptions, Stepper, Surroundings, relax};
+use knotmesh::measure::machine::heading;
 use knotmesh::template::TemplateLibrary;
 use std::time::Instant;
 
@@ -30,6 +31,7 @@ impl Surroundings for Hung {
 }
 
 fn main() {
+    println!("{}", heading("cloth"));
     // Cargo adds flags of its own.
     let rounds = std::env::args().skip(1).find_map(|a| a.parse().ok()).unwrap_or(3_usize).max(1);
     let library = TemplateLibrary::embedded();

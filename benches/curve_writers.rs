@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use knotmesh::io::curves::{WriteOptions, write_curves};
+use knotmesh::measure::machine::heading;
 use knotmesh::yarn::CurveSource;
 
 /// Points that exist only while they are visited.
@@ -39,6 +40,7 @@ impl CurveSource for Endless {
 }
 
 fn main() {
+    println!("{}", heading("curve_writers"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     for extension in ["yarns", "bcc", "obj", "npz", "usda", "txt", "pbrt"] {
         let path = folder.path().join(format!("a.{extension}"));

@@ -13,6 +13,7 @@ use knotmesh::Result;
 use knotmesh::database::{Cpu, Fabric, RunningYarn, Settings, SkipYarn, YarnFrame};
 use knotmesh::io::yarn_model;
 use knotmesh::math::Width;
+use knotmesh::measure::machine::heading;
 use knotmesh::pattern::YarnModel;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,6 +22,7 @@ use std::time::Instant;
 const ROUNDS: usize = 9;
 
 fn main() -> Result<()> {
+    println!("{}", heading("database"));
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let named = arguments.iter().position(|a| a == "--adapter").map(|at| at + 1);
     let rest = arguments.iter().enumerate().filter(|(at, _)| Some(*at) != named);

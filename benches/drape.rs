@@ -13,6 +13,7 @@ use knotmesh::drape::Drape;
 use knotmesh::drape::motion::Pose;
 use knotmesh::drape::scene::{Collider, DrapeScene, Friction, SelfCollision, Shape};
 use knotmesh::io::{scene_json, smobj};
+use knotmesh::measure::machine::heading;
 use knotmesh::template::TemplateLibrary;
 use std::path::Path;
 use std::time::Instant;
@@ -20,6 +21,7 @@ use std::time::Instant;
 const WIDTH: f64 = 0.0045;
 
 fn main() {
+    println!("{}", heading("drape"));
     let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|w| w == name);
     let library = TemplateLibrary::embedded();

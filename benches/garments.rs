@@ -13,6 +13,7 @@ use knotmesh::design::{Knitted, Settings as Pattern, knit};
 use knotmesh::io::pattern::{Beside, knit_file};
 use knotmesh::knot::{Settings, Start};
 use knotmesh::measure::clearance::{Clearance, clearance};
+use knotmesh::measure::machine::heading;
 use knotmesh::scene::{Scene, SceneOptions};
 use knotmesh::template::TemplateLibrary;
 use std::path::{Path, PathBuf};
@@ -24,6 +25,7 @@ const ROUNDS: usize = 3;
 const DENSE: usize = 4;
 
 fn main() {
+    println!("{}", heading("garments"));
     // Cargo adds flags of its own.
     let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("stitches");

@@ -36,8 +36,8 @@ mod gpu {
     use knotmesh::io::smobj::read;
     use knotmesh::knot::{Settings, Solver, Start};
     use knotmesh::math::Width;
+    use knotmesh::measure::machine::{machine, today};
     use knotmesh::measure::quantile;
-    use knotmesh::measure::tradeoff::machine::{machine, today};
     use knotmesh::scene::{Scene, SceneOptions};
     use knotmesh::template::TemplateLibrary;
     use knotmesh::yarn::CurveSource;

@@ -11,6 +11,7 @@ use glam::DVec3;
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running};
 use knotmesh::ids::{TypeId, VertexId};
 use knotmesh::knot::{Settings, Start};
+use knotmesh::measure::machine::heading;
 use knotmesh::mesh::{FaceEdge, Join, StitchMesh, StitchType};
 use knotmesh::scene::{Scene, SceneOptions};
 use knotmesh::template::TemplateLibrary;
@@ -116,6 +117,7 @@ fn tube(faces: usize) -> StitchMesh {
 }
 
 fn main() {
+    println!("{}", heading("memory"));
     // Cargo adds flags of its own.
     let mut sizes: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
     if sizes.is_empty() {

@@ -8,6 +8,7 @@
 //! is that of one picture: the root of the squares' difference over 6.
 
 use knotmesh::backend::gpu::Adapter;
+use knotmesh::measure::machine::heading;
 use knotmesh::render::camera::Axes;
 use knotmesh::render::{Camera, Look, Painter, Strands, View};
 use std::f32::consts::TAU;
@@ -80,6 +81,7 @@ fn shimmer(painter: &Painter) {
 }
 
 fn main() {
+    println!("{}", heading("render"));
     let asked: Vec<usize> =
         std::env::args().filter_map(|a| a.parse::<f64>().ok()).map(|n| n as usize).collect();
     let asked = if asked.is_empty() { vec![1_000_000, 10_000_000] } else { asked };

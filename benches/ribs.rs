@@ -10,6 +10,7 @@ use knotmesh::design::{Settings as Pattern, knit};
 use knotmesh::io::pattern::Beside;
 use knotmesh::knot::{Settings, Start};
 use knotmesh::measure::clearance::distances;
+use knotmesh::measure::machine::heading;
 use knotmesh::scene::{Scene, SceneOptions};
 use knotmesh::template::TemplateLibrary;
 use std::path::Path;
@@ -18,6 +19,7 @@ use std::sync::Arc;
 const DENSE: usize = 4;
 
 fn main() {
+    println!("{}", heading("ribs"));
     println!("rib,beta,share,below_0_8r,below_r,below_1_2r,below_1_5r");
     for (name, round) in
         [("2x2", "*k2, p2; rep from *"), ("3x3", "*k3, p3; rep from *"), ("1x1", "*k1, p1; rep from *")]

@@ -9,6 +9,7 @@ use glam::DVec3;
 use knotmesh::backend::{Backend, CpuBackend, FrameOutput, Running, Skip, Skipped, table_cache};
 use knotmesh::io::smobj;
 use knotmesh::knot::{Settings, Start};
+use knotmesh::measure::machine::heading;
 use knotmesh::scene::{Scene, SceneOptions};
 use knotmesh::template::TemplateLibrary;
 use std::hint::black_box;
@@ -23,6 +24,7 @@ mod tube;
 const FRAMES: usize = 20;
 
 fn main() {
+    println!("{}", heading("skip"));
     // Cargo adds flags of its own.
     let numbers: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
     let rounds = numbers.first().copied().unwrap_or(9).max(1);

@@ -3,6 +3,7 @@
 //!
 //! `cargo bench --bench tube [-- RUNS [FACES...]]`; figures are kept in `benches/runs/`.
 
+use knotmesh::measure::machine::heading;
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
@@ -12,6 +13,7 @@ use std::time::Instant;
 mod tube;
 
 fn main() {
+    println!("{}", heading("tube"));
     // Cargo adds flags of its own.
     let numbers: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
     let runs = numbers.first().copied().unwrap_or(5).max(1);

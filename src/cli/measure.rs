@@ -8,7 +8,7 @@ use super::{Console, measure_database, print};
 use knotmesh::io::frames::{Frames, frame_range};
 use knotmesh::io::output::Output;
 use knotmesh::knot::Settings;
-use knotmesh::measure::tradeoff::machine::{machine, today};
+use knotmesh::measure::machine::{machine, today};
 use knotmesh::measure::tradeoff::poses::{Pose, standard};
 use knotmesh::measure::tradeoff::variants::{Variant, gpu_variants, variants};
 use knotmesh::measure::tradeoff::{self, Job, Tradeoff, plot, table};

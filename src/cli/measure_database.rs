@@ -8,7 +8,7 @@ use knotmesh::Result;
 use knotmesh::io::output::Output;
 use knotmesh::io::yarn_model;
 use knotmesh::measure::database::{Comparison, plot, run as compare, table};
-use knotmesh::measure::tradeoff::machine::{machine, today};
+use knotmesh::measure::machine::{machine, today};
 use std::path::{Path, PathBuf};
 
 /// Compares, prints and writes.

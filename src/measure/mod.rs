@@ -6,6 +6,7 @@ pub mod accuracy;
 pub mod clearance;
 #[cfg(feature = "measure")]
 pub mod database;
+pub mod machine;
 pub mod misfit;
 #[cfg(any(feature = "gpu", feature = "measure"))]
 pub(crate) mod picture;

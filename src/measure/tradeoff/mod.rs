@@ -9,7 +9,6 @@ pub mod errors;
 mod face_geometry;
 mod labels;
 mod layout;
-pub mod machine;
 pub mod pareto;
 pub mod plot;
 pub mod poses;

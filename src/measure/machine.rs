@@ -20,6 +20,14 @@ pub fn today() -> String {
     date(seconds / 86_400)
 }
 
+/// The first line of what a bench prints: the command, the machine, the day.
+pub fn heading(bench: &str) -> String {
+    // Cargo adds flags of its own.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let more = if arguments.is_empty() { String::new() } else { format!(" -- {}", arguments.join(" ")) };
+    format!("# cargo bench --bench {bench}{more}; {}; {}", machine(), today())
+}
+
 /// The date of a day, counted from 1970-01-01 (Gregorian).
 fn date(day: u64) -> String {
     let leap = |y: u64| y.is_multiple_of(4) && (!y.is_multiple_of(100) || y.is_multiple_of(400));
