@@ -28,7 +28,7 @@ impl<'a> Inflation<'a> {
     /// The pressure that widens a round tube of the cloth's room and area by `strain`; `None` for what encloses no room at `x`, or has no
     /// inside.
     pub(super) fn new(cloth: &'a Cloth, x: &[DVec3], strain: f64) -> Option<Self> {
-        let origin = x[cloth.triangles[0][0] as usize];
+        let origin = x[cloth.triangles.first()?[0] as usize];
         let mut inflation = Self { cloth, pressure: 0.0, origin, edges: Vec::new(), openings: vec![0] };
         inflation.find_openings();
         let cross = |t: &[u32; 3]| {
