@@ -3,6 +3,7 @@
 mod cursor;
 mod row;
 
+use super::expression::Expression;
 use super::syntax::{Edge, Piece, Repeat, Row, Statement, StatementKind, Until};
 use super::token::{Kind, Place, tokens};
 use crate::Result;
@@ -35,12 +36,28 @@ fn statements(c: &mut Cursor, depth: usize) -> Result<Vec<Statement>> {
             return Ok(found);
         }
         let place = c.place();
+        if c.keyword("join") {
+            in_the_round(c)?;
+            c.line_ends()?;
+            // It says how the line before it was meant.
+            match found.last_mut() {
+                Some(Statement { kind: StatementKind::CastOn(_, joined), .. }) if !*joined => *joined = true,
+                _ => {
+                    return Err(c.error_at(
+                        place,
+                        "'join'",
+                        "it once, right after the cast-on: co N, join in the round",
+                    ));
+                }
+            }
+            continue;
+        }
         let kind = statement(c, place, depth)?;
         found.push(Statement { place, kind });
     }
 }
 
-const STATEMENTS: &str = "a statement: title, gauge, let, size, color, chart, piece, co, row, round, rep, for, bo, draw, cut, \
+const STATEMENTS: &str = "a statement: title, gauge, let, size, color, chart, piece, co, join, row, round, rep, for, bo, draw, cut, \
                           tail, with, hold, from, graft or pick up";
 
 fn statement(c: &mut Cursor, place: Place, depth: usize) -> Result<StatementKind> {
@@ -51,8 +68,7 @@ fn statement(c: &mut Cursor, place: Place, depth: usize) -> Result<StatementKind
         None => (word, None),
     };
     if let Some(n) = attached {
-        c.line_ends()?;
-        return Ok(StatementKind::CastOn(super::expression::Expression::Number(f64::from(n))));
+        return cast_on(c, Expression::Number(f64::from(n)));
     }
     let kind = match word.as_str() {
         "title" => match c.text() {
@@ -111,8 +127,7 @@ fn statement(c: &mut Cursor, place: Place, depth: usize) -> Result<StatementKind
                 return Err(c.error("'on'"));
             }
             let n = c.count()?;
-            c.stitches_word();
-            StatementKind::CastOn(n)
+            return cast_on(c, n);
         }
         "row" | "rows" | "rnd" | "rnds" | "round" | "rounds" | "short" => {
             if word == "short" && !(c.keyword("row") || c.keyword("rows")) {
@@ -176,6 +191,27 @@ fn statement(c: &mut Cursor, place: Place, depth: usize) -> Result<StatementKind
     };
     c.line_ends()?;
     Ok(kind)
+}
+
+/// What may follow the number of a cast-on.
+fn cast_on(c: &mut Cursor, n: Expression) -> Result<StatementKind> {
+    c.stitches_word();
+    let more = c.sign(',') || c.keyword("and");
+    let joined = c.keyword("join");
+    if joined {
+        in_the_round(c)?;
+    } else if more {
+        return Err(c.error("'join in the round'"));
+    }
+    c.line_ends()?;
+    Ok(StatementKind::CastOn(n, joined))
+}
+
+/// `in the round`, `to work in the round`, `for working in the round`, after `join`; or nothing.
+fn in_the_round(c: &mut Cursor) -> Result<()> {
+    let work = c.keyword("to") && c.keyword("work") || c.keyword("for") && c.keyword("working");
+    let round = c.keyword("in") && c.keyword("the") && c.keyword("round");
+    if work && !round { Err(c.error("'in the round'")) } else { Ok(()) }
 }
 
 fn piece(c: &mut Cursor) -> Result<StatementKind> {

@@ -200,7 +200,8 @@ impl Program<'_> {
                 | StatementKind::PickUp(..)
         );
         if knits && self.knitter.piece().is_none() {
-            self.begin("fabric".into(), [false; 2], [None; 3], place)?;
+            let round = matches!(statement.kind, StatementKind::CastOn(_, true));
+            self.begin("fabric".into(), [round, false], [None; 3], place)?;
         }
         match &statement.kind {
             StatementKind::Title(title) => self.title = Some(title.clone()),
@@ -235,7 +236,12 @@ impl Program<'_> {
                 self.charts.insert(name.clone(), chart);
             }
             StatementKind::Piece(piece) => self.piece(piece, place)?,
-            StatementKind::CastOn(n) => {
+            StatementKind::CastOn(n, joined) => {
+                if *joined && !self.knitter.piece().is_some_and(|p| p.round) {
+                    return Err(
+                        Problem::new(place, "a join in a flat piece", "'piece NAME round' before").into()
+                    );
+                }
                 let n = self.count(n, place)?;
                 if n == 0 {
                     return Err(Problem::new(place, "a cast-on of no stitches", "1 or more").into());

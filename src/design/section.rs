@@ -125,9 +125,12 @@ impl Program<'_> {
         }
         let in_the_round = self.knitter.piece().is_some_and(|p| p.round);
         if row.round && !in_the_round {
-            return Err(
-                Problem::new(place, "a round in a flat piece", "rows, or 'piece NAME round' before").into()
-            );
+            return Err(Problem::new(
+                place,
+                "a round in a flat piece",
+                "rows, or 'join in the round' after the cast-on",
+            )
+            .into());
         }
         self.knitter.prepare();
         let right_side = self.knitter.right_side;

@@ -30,8 +30,8 @@ pub enum StatementKind {
     Chart(String, String),
     /// `piece NAME flat` or `piece NAME round`, and where it lies.
     Piece(Box<Piece>),
-    /// `co N`: a cast-on, or more of it.
-    CastOn(Expression),
+    /// `co N`: a cast-on, or more of it; whether it is joined in the round.
+    CastOn(Expression, bool),
     /// `Row 1 (RS): ...`
     Row(Box<Row>),
     /// `rep rows 1-4 6 more times`

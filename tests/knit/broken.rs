@@ -50,9 +50,23 @@ const CASES: &[(&str, &str)] = &[
     ("co 10\nRow 1: k to last 12 sts, p\nbo\n", "2:8: found 10 stitches left, expected at least 12"),
     ("co 10\nRow 1: k  (11 sts)\nbo\n", "2:11: found 11 stitches, expected 10, as there are after this row"),
     ("co 10\nRow 1 (WS): p\nbo\n", "2:1: found (WS), expected (RS), the side that faces you now"),
+    ("co 10, k\nbo\n", "1:8: found 'k', expected 'join in the round'"),
+    ("co 10\njoin to work\nbo\n", "2:13: found the end of the line, expected 'in the round'"),
+    (
+        "co 10, join in the round\njoin\nbo\n",
+        "2:1: found 'join', expected it once, right after the cast-on: co N, join in the round",
+    ),
+    (
+        "co 10\nRow 1: k\njoin\nbo\n",
+        "3:1: found 'join', expected it once, right after the cast-on: co N, join in the round",
+    ),
+    (
+        "piece a flat\nco 10, join\nbo\n",
+        "2:1: found a join in a flat piece, expected 'piece NAME round' before",
+    ),
     (
         "co 10\nRnd 1: k\nbo\n",
-        "2:1: found a round in a flat piece, expected rows, or 'piece NAME round' before",
+        "2:1: found a round in a flat piece, expected rows, or 'join in the round' after the cast-on",
     ),
     (
         "piece a round\nco 10\nRow (RS): k5, turn\nRnd: k\nbo\n",
@@ -177,7 +191,7 @@ const CASES: &[(&str, &str)] = &[
     ),
     (
         "co 10\nend\n",
-        "2:1: found 'end', expected a statement: title, gauge, let, size, color, chart, piece, co, row, round, rep, for, bo, draw, cut, tail, with, hold, from, graft or pick up",
+        "2:1: found 'end', expected a statement: title, gauge, let, size, color, chart, piece, co, join, row, round, rep, for, bo, draw, cut, tail, with, hold, from, graft or pick up",
     ),
     (
         "co 10\nRow 1: (k2, p2\nbo\n",
@@ -202,7 +216,7 @@ const CASES: &[(&str, &str)] = &[
     ("co 10\nbo 5 now\n", "2:4: found 5, expected the end of the line"),
     (
         "purl 10\n",
-        "1:1: found 'purl', expected a statement: title, gauge, let, size, color, chart, piece, co, row, round, rep, for, bo, draw, cut, tail, with, hold, from, graft or pick up",
+        "1:1: found 'purl', expected a statement: title, gauge, let, size, color, chart, piece, co, join, row, round, rep, for, bo, draw, cut, tail, with, hold, from, graft or pick up",
     ),
     ("co 10\nRow 1: kä\n", "2:9: found 'ä', expected a word, a number or a sign"),
     ("co 10\nRow 1: dec 6 evenly\nbo\n", "2:8: found 6 decreases over 10 stitches, expected at most 5"),

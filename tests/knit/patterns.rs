@@ -2,7 +2,7 @@
 
 use super::counts::{Count, PATTERNS, Paper, on_paper};
 use super::mesh::check;
-use super::{from_stitches, settings, stitches, yarns};
+use super::{from_stitches, from_text, settings, stitches, yarns};
 use knotmesh::design::Knitted;
 
 const GAUGES: &[Option<(f64, f64)>] = &[None, Some((9.1, 11.4)), Some((13.3, 21.1)), Some((31.0, 43.0))];
@@ -53,6 +53,26 @@ fn stitches_are_as_many_as_on_paper_and_every_loop_is_held() {
 #[test]
 fn meshes_are_welded_and_come_back_from_files() {
     each(|name, knitted, _| check(&knitted.mesh, &format!("{name} {:?}", knitted.size)));
+}
+
+/// What knitters write for a piece in the round, instead of declaring it.
+#[test]
+fn joined_in_the_round() {
+    let rest = "Rnds 1-4: *k1, p1; rep from *\nbo\n";
+    let knit = |begin: &str| from_text(&format!("{begin}\n{rest}"), &settings(None, None)).unwrap();
+    let declared = knit("piece fabric round\nco 12");
+    for begin in [
+        "co 12, join in the round",
+        "co12, join",
+        "co 12 sts and join for working in the round.",
+        "co 12\njoin to work in the round",
+        "piece fabric round\nco 12\nJoin.",
+    ] {
+        let joined = knit(begin);
+        assert_eq!(joined.mesh.positions, declared.mesh.positions, "{begin}");
+        assert_eq!(joined.mesh.face_vertices, declared.mesh.face_vertices, "{begin}");
+        assert!(joined.pieces[0].round, "{begin}");
+    }
 }
 
 #[test]

@@ -100,7 +100,7 @@ fn statements(drawing: &Drawing, swatch: Swatch) -> Vec<Statement> {
     let cast_on = takes(&drawing.rows[0]) * swatch.columns + 2 * swatch.border;
     let mut statements = vec![
         Statement { place: first, kind: StatementKind::Chart(NAME.into(), NAME.into()) },
-        Statement { place: first, kind: StatementKind::CastOn(number(cast_on)) },
+        Statement { place: first, kind: StatementKind::CastOn(number(cast_on), false) },
     ];
     let garter = |place| row(place, Vec::new(), vec![knit(Times::ToEnd, place)]);
     statements.extend((0..swatch.border).map(|_| garter(first)));
