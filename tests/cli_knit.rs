@@ -96,7 +96,7 @@ fn what_is_wrong_is_one_line() {
         ),
         (
             &["knit", "cuff.knit", "-o", "x.smobj", "--size", "XL"],
-            "knotmesh: cuff.knit:1:1: found a wish for size 'xl', expected one of its sizes (m, s)",
+            "knotmesh: cuff.knit:1:1: found no size 'xl', expected one of its sizes (m, s)",
         ),
         (
             &["knit", "cuff.knit", "-o", "x.obj"],

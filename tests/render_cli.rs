@@ -212,6 +212,37 @@ fn thin_yarn_that_moves_has_more_samples() {
     assert!(picture("still", &[]) == picture("asked", &["--samples", usual]));
 }
 
+/// Charts are worked as often as asked, as `knit` works them: the same types of stitches are drawn.
+#[test]
+fn charts_are_repeated() {
+    let Some(_) = gpu::adapter() else { return };
+    let out = tempfile::tempdir().unwrap();
+    let at = |name: &str| out.path().join(name);
+    let how = ["--repeat", "2x3", "--border", "2"];
+    let chart = "stitches/lace.chart";
+    let look = ["--style", "type", "--camera", "front", "--no-shadows"];
+    render(chart, &at("chart.png"), &[&look[..], &how].concat());
+    render(chart, &at("once.png"), &look);
+    let mesh = at("mesh.smobj").to_string_lossy().into_owned();
+    assert_eq!(knotmesh(&[&["knit", chart, "--relax", "-q", "-o", &mesh][..], &how].concat()).0, 0);
+    render(&mesh, &at("mesh.png"), &[&look[..], &["--fold-ribs"]].concat());
+    let [chart, once, mesh] = ["chart.png", "once.png", "mesh.png"].map(|name| read(&at(name)));
+    let apart = |a: &Png, b: &Png| {
+        let pixels = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+        pixels.filter(|(p, q)| (0..3).any(|c| p[c].abs_diff(q[c]) > 60)).count()
+    };
+    assert!(apart(&chart, &mesh) < 300, "{}", apart(&chart, &mesh));
+    assert!(apart(&chart, &once) > 3000, "{}", apart(&chart, &once));
+    // Not of patterns, nor of meshes.
+    for (input, expected) in
+        [("stitches/tuck.knit", "expected a chart"), ("stitches/rib.smobj", "expected a pattern")]
+    {
+        let output = at("no.png").to_string_lossy().into_owned();
+        let (code, _, message) = knotmesh(&["render", input, "-o", &output, "--repeat", "2x2"]);
+        assert!(code == 2 && message.contains(expected), "{message}");
+    }
+}
+
 #[test]
 fn pictures_are_numbered_and_gifs_have_all_frames() {
     let Some(_) = gpu::adapter() else { return };

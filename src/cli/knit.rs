@@ -9,7 +9,7 @@ use knotmesh::io::output::Output;
 use knotmesh::io::{chart, pattern, smobj};
 use knotmesh::template::TemplateLibrary;
 use knotmesh::{Error, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -24,12 +24,8 @@ pub struct Arguments {
     /// Which of the pattern's sizes; the first if not given.
     #[arg(long, value_name = "NAME")]
     size: Option<String>,
-    /// Of a chart alone: how often it is worked, side by side and one above the other: 4x3.
-    #[arg(long, value_name = "COLUMNSxROWS", value_parser = repeat)]
-    repeat: Option<(usize, usize)>,
-    /// Of a chart alone: stitches and rows of garter around it.
-    #[arg(long, value_name = "N")]
-    border: Option<u16>,
+    #[command(flatten)]
+    chart: ChartArguments,
     /// Give every stitch its natural size (as relax-mesh --stiffer 30 --inflate 3); else places are rough.
     #[arg(long)]
     relax: bool,
@@ -39,6 +35,40 @@ pub struct Arguments {
     /// Work it and say how many stitches there are; write nothing.
     #[arg(long)]
     check: bool,
+}
+
+/// How a chart alone is worked.
+#[derive(clap::Args)]
+pub struct ChartArguments {
+    /// Of a chart alone: how often it is worked, side by side and one above the other: 4x3.
+    #[arg(long, value_name = "COLUMNSxROWS", value_parser = repeat)]
+    repeat: Option<(usize, usize)>,
+    /// Of a chart alone: stitches and rows of garter around it.
+    #[arg(long, value_name = "N")]
+    border: Option<u16>,
+}
+
+impl ChartArguments {
+    /// Whether anything was asked for.
+    pub fn given(&self) -> bool {
+        self.repeat.is_some() || self.border.is_some()
+    }
+}
+
+/// Works a pattern or a chart.
+pub(super) fn work(path: &Path, settings: &Settings, how: &ChartArguments) -> Result<Knitted> {
+    if chart::is_chart(path) {
+        let (columns, rows) = how.repeat.unwrap_or((1, 1));
+        let border = how.border.unwrap_or(0).into();
+        return chart::swatch::knit_file(path, settings, Swatch { columns, rows, border });
+    }
+    if how.given() {
+        return Err(Error::invalid(format_args!(
+            "{}: found --repeat or --border for a pattern, expected a chart (.chart, .json or .png)",
+            path.display()
+        )));
+    }
+    pattern::knit_file(path, settings)
 }
 
 /// `22x36`, `22`
@@ -78,18 +108,7 @@ pub fn run(arguments: &Arguments, console: Console) -> Result<Ending> {
     }
     let size = arguments.size.as_ref().map(|s| s.to_lowercase());
     let settings = Settings { gauge: arguments.gauge, size, ..Settings::default() };
-    let mut knitted = if chart::is_chart(&arguments.pattern) {
-        let (columns, rows) = arguments.repeat.unwrap_or((1, 1));
-        let border = arguments.border.unwrap_or(0).into();
-        chart::swatch::knit_file(&arguments.pattern, &settings, Swatch { columns, rows, border })?
-    } else if arguments.repeat.is_some() || arguments.border.is_some() {
-        return Err(Error::invalid(format_args!(
-            "{}: found --repeat or --border for a pattern, expected a chart (.chart, .json or .png)",
-            arguments.pattern.display()
-        )));
-    } else {
-        pattern::knit_file(&arguments.pattern, &settings)?
-    };
+    let mut knitted = work(&arguments.pattern, &settings, &arguments.chart)?;
     if arguments.check {
         print(&summary(&knitted))?;
     } else {

@@ -89,7 +89,7 @@ pub fn work(statements: &[Statement], settings: &Settings, files: &dyn Files) ->
         let known = if known.is_empty() { "none: the pattern has no sizes".into() } else { known.join(", ") };
         return Err(Failure::Pattern(Problem::new(
             Place { line: 1, column: 1 },
-            format_args!("a wish for size '{size}'"),
+            format_args!("no size '{size}'"),
             format_args!("one of its sizes ({known})"),
         )));
     }

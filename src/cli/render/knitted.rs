@@ -8,9 +8,7 @@ use knotmesh::backend::gpu::DevicePoints;
 use knotmesh::backend::{Backend, DeviceBackend, FrameOutput, Recipe, Running, Wanted, middle, table_cache};
 use knotmesh::cloth::{RelaxOptions, Ribs};
 use knotmesh::design::{self, Knitted};
-use knotmesh::io::chart::swatch::{self, Swatch};
 use knotmesh::io::frames::{Frames, frame_range};
-use knotmesh::io::{chart, pattern};
 use knotmesh::knot::{Settings, Solver, Start};
 use knotmesh::mesh::StitchMesh;
 use knotmesh::render::style::{Kind, kind_colours, kinds, kinds_legend};
@@ -232,11 +230,7 @@ fn knit(arguments: &Arguments, console: Console) -> Result<Knitted> {
     let gauge = gauge.map_err(|e| Error::invalid(format_args!("--gauge: {e}")))?;
     let size = arguments.size.as_ref().map(|s| s.to_lowercase());
     let settings = design::Settings { gauge, size, ..design::Settings::default() };
-    let mut knitted: Knitted = if chart::is_chart(path) {
-        swatch::knit_file(path, &settings, Swatch { columns: 1, rows: 1, border: 0 })?
-    } else {
-        pattern::knit_file(path, &settings)?
-    };
+    let mut knitted = knit::work(path, &settings, &arguments.chart)?;
     knit::relaxed(&mut knitted, &RelaxOptions::garment(), console)?;
     Ok(knitted)
 }

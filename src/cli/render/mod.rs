@@ -9,6 +9,7 @@ mod values;
 
 use super::device::DeviceArguments;
 use super::inputs::Rename;
+use super::knit::ChartArguments;
 use super::progress::Progress;
 use super::relax::ModeName;
 use super::{Console, Ending};
@@ -110,6 +111,8 @@ pub struct Arguments {
     /// Which of a pattern's sizes; the first if not given.
     #[arg(long, value_name = "NAME", help_heading = "Meshes")]
     pub size: Option<String>,
+    #[command(flatten, next_help_heading = "Meshes")]
+    pub chart: ChartArguments,
     /// Give height to ribs of a mesh, as `relax` does.
     #[arg(long, help_heading = "Meshes")]
     pub fold_ribs: bool,

@@ -52,7 +52,7 @@ impl Kind {
         let a = arguments;
         let solved: &[Kind] = &[Mesh, Pattern];
         let numbers = matches!(a.style, StyleName::Energy | StyleName::Type | StyleName::Tightness);
-        let options: [(&str, bool, &[Kind]); 15] = [
+        let options: [(&str, bool, &[Kind]); 16] = [
             ("--templates", !a.templates.is_empty(), &[Mesh]),
             ("--map", !a.map.is_empty(), &[Mesh]),
             ("--skip-unknown", a.skip_unknown, &[Mesh]),
@@ -65,6 +65,7 @@ impl Kind {
             ("--beta", a.beta.is_some(), solved),
             ("--gauge", a.gauge.is_some(), solved),
             ("--size", a.size.is_some(), &[Pattern]),
+            ("--repeat or --border", a.chart.given(), &[Pattern]),
             ("--device", a.device.device != DeviceName::Auto, solved),
             ("--radius", a.radius.is_some(), &[Curves]),
             ("--style energy, type or tightness", numbers, solved),
